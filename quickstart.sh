@@ -22,6 +22,11 @@ alive() {
   [ "${exe% (deleted)}" = "$(pwd -P)/$bin/lightmill-$1" ]
 }
 
+# outdated NAME: whether it is alive, and a build has replaced its program.
+outdated() {
+  alive "$1" && [ "${exe% (deleted)}" != "$exe" ]
+}
+
 # stop NAME: sends SIGTERM and waits. Sends SIGKILL after ten seconds.
 stop() {
   if alive "$1"; then
@@ -80,8 +85,14 @@ start_server() {
   exit 1
 }
 
-# start_farm: starts the coordinator and the worker, if they are not running.
+# start_farm: starts the coordinator and the worker, if they are not running. Restarts them after a build of their programs.
 start_farm() {
+  restarted=no
+  if outdated server || outdated worker; then
+    echo 'The running farm of this clone is older than its programs. It is restarted, and resumes its jobs.'
+    stop_farm
+    restarted=yes
+  fi
   if alive server && [ -s "$run/port" ] && [ -s "$run/http" ]; then
     echo "using the running farm of this clone, on port $(cat "$run/port")"
   else
@@ -91,6 +102,10 @@ start_farm() {
   if ! alive worker; then
     start worker --server "127.0.0.1:$(cat "$run/port")"
     started_worker=yes
+  fi
+  if [ "$restarted" = yes ]; then # it stays, like one that keeps running
+    started_server=no
+    started_worker=no
   fi
 }
 
@@ -158,6 +173,7 @@ esac
 phase() {
   now=$(date +%s)
   [ -z "$phase" ] || echo "$phase: $((now - phase_began)) s"
+  [ -z "$1" ] || echo "$1 ..."
   phase=$1
   phase_began=$now
 }
@@ -169,7 +185,8 @@ fail_build() {
   exit 1
 }
 
-# show_progress: copies ninja's output to the log, and shows the progress: in a terminal in one line, else four times.
+# show_progress: copies ninja's output to the log, and shows the progress: in a terminal in one line, else four times. Prints when
+# the page is ready, which is built beside the programs.
 show_progress() {
   shown=0
   while IFS= read -r line; do
@@ -177,6 +194,12 @@ show_progress() {
     case "$line" in '['[1-9]*/[1-9]*'] '*) ;; *) continue ;; esac
     step=${line#[}
     step=${step%%]*}
+    case "$line" in
+      *" Building the documents' pages")
+        [ ! -t 1 ] || printf '\r\033[K'
+        echo "page: ready $(($(date +%s) - phase_began)) s after the start of the build"
+        ;;
+    esac
     if [ -t 1 ]; then
       printf '\r\033[Kbuild: %s of %s, %s s (details: %s)' "${step%/*}" "${step#*/}" $(($(date +%s) - phase_began)) "$log"
     elif [ $((${step%/*} * 4 / ${step#*/})) -gt "$shown" ]; then
@@ -210,11 +233,13 @@ deploy/setup --download >>"$log" 2>&1 || fail_build 'the packages could not be f
 phase 'packages, installation'
 deploy/setup >>"$log" 2>&1 || fail_build 'the packages could not be installed'
 phase build
-if [ ! -e build/release/build.ninja ]; then
+# The build folder of a copied clone names the first one.
+configured_for=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' build/release/CMakeCache.txt 2>/dev/null) || :
+if [ ! -e build/release/build.ninja ] || [ "$(cd "${configured_for:-/}" 2>/dev/null && pwd -P)" != "$(pwd -P)" ]; then
+  rm -f build/release/CMakeCache.txt
   cmake --preset release -DLIGHTMILL_TESTS=OFF >>"$log" 2>&1 || fail_build 'the build could not be configured'
 fi
-# One compiler a core, if each has 2 GiB of memory.
-compilers=$(awk -v cores="$(nproc)" '/^MemAvailable/ { most = int($2 / 2097152); print most < 1 ? 1 : most < cores ? most : cores }' /proc/meminfo)
+compilers=$(python3 -B tests/runner/compilers.py)
 programs='lightmill lightmill-server lightmill-worker'
 # The page is built beside the programs. Without npm there is no such target.
 # shellcheck disable=SC2086  # one word per program

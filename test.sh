@@ -2,7 +2,8 @@
 # Builds Lightmill and runs its tests. docs/development.md explains what runs when.
 #
 #   ./test.sh                     the default suite, before each commit
-#   ./test.sh NAME...             programs, labels or tests whose names match, e.g. film, web, SameBits, long, "asan film"
+#   ./test.sh NAME...             programs, labels or tests whose names match, e.g. film, web, SameBits, long
+#   ./test.sh asan NAME...        the same with the address sanitizer; also ubsan and tsan
 #   ./test.sh 'PIECE'             a piece of --list, e.g. 'asan: unit'
 #   ./test.sh --all               everything, in pieces; a second call continues where the first one stopped
 #   ./test.sh --all --minutes N   stops after N minutes
@@ -15,8 +16,13 @@
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
-case "${1:-}" in
-  -h | --help | --status) ;;
-  *) deploy/setup --tests ;;
-esac
+if [ ! -x /usr/bin/python3 ]; then
+  case "${1:-}" in
+    -h | --help)
+      sed -n '2,16s/^# \{0,1\}//p' "$0"
+      exit
+      ;;
+  esac
+  deploy/setup --tests
+fi
 exec /usr/bin/python3 -B tests/runner "$@"

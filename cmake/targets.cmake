@@ -6,9 +6,18 @@ set(LIGHTMILL_PCH_HEADERS
   <absl/status/statusor.h> <fmt/format.h> <algorithm> <array> <bit> <chrono> <cmath> <compare> <cstddef> <cstdint> <cstring> <deque>
   <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <set> <span> <string> <string_view>
   <thread> <tuple> <unordered_map> <utility> <variant> <vector>)
-add_library(lightmill_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
-target_precompile_headers(lightmill_pch PRIVATE ${LIGHTMILL_PCH_HEADERS})
-target_link_libraries(lightmill_pch PUBLIC fmt::fmt)
+
+# lightmill_precompile(NAME [HEADERS <h> ...] [OPTIONS -O1 ...] [DEPS lib ...]): the static library NAME. It precompiles these headers
+# and HEADERS for targets with the same options.
+function(lightmill_precompile name)
+  cmake_parse_arguments(ARG "" "" "HEADERS;OPTIONS;DEPS" ${ARGN})
+  add_library(${name} STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
+  target_precompile_headers(${name} PRIVATE ${LIGHTMILL_PCH_HEADERS} ${ARG_HEADERS})
+  target_compile_options(${name} PRIVATE ${ARG_OPTIONS})
+  target_link_libraries(${name} PUBLIC fmt::fmt ${ARG_DEPS})
+endfunction()
+
+lightmill_precompile(lightmill_pch)
 
 # Unity builds compile several source files of a target as one. This halves the time. The files of a target then share one
 # anonymous namespace. OFF compiles each file alone, and finds missing includes.
@@ -57,18 +66,11 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_G
   list(APPEND LIGHTMILL_KERNEL_OPTIONS -mmove-max=256 -mstore-max=256)
 endif()
 
-# The same headers and the intrinsics for kernels. A precompiled header works only with its own options.
-add_library(lightmill_kernel_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
-target_precompile_headers(lightmill_kernel_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} <immintrin.h>)
-target_compile_options(lightmill_kernel_pch PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
-target_link_libraries(lightmill_kernel_pch PUBLIC fmt::fmt)
+lightmill_precompile(lightmill_kernel_pch HEADERS <immintrin.h> OPTIONS ${LIGHTMILL_KERNEL_OPTIONS})
 
-# The same headers for code that simulations run for minutes. Without optimisation the address sanitizer slows it 30 times.
-if(LIGHTMILL_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  add_library(lightmill_simulated_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
-  target_precompile_headers(lightmill_simulated_pch PRIVATE ${LIGHTMILL_PCH_HEADERS})
-  target_compile_options(lightmill_simulated_pch PRIVATE -O1)
-  target_link_libraries(lightmill_simulated_pch PUBLIC fmt::fmt)
+# For code that simulations run for minutes. Without optimisation the address sanitizer slows it 30 times.
+if(LIGHTMILL_SANITIZE MATCHES "undefined" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  lightmill_precompile(lightmill_simulated_pch OPTIONS -O1)
 endif()
 
 # lightmill_sources(TARGET KIND): sets how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls

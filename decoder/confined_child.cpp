@@ -115,12 +115,11 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, const 
   try {
     reply = work();
   } catch (const std::bad_alloc&) {
-    reply =
-        error_reply(resource_exhausted("decoding it needs more memory than its limit of {}; save it in another "
-                                       "format or smaller",
-                                       human_bytes(limits.most_memory_bytes)));
+    reply = error_reply(resource_exhausted("decoding it needs more memory than its limit of {}; {}",
+                                           human_bytes(limits.most_memory_bytes), limits.words.smaller));
   } catch (const std::exception& error) {
-    reply = error_reply(invalid_argument("the image cannot be decoded: {}; save it again", error.what()));
+    reply = error_reply(
+        invalid_argument("{} cannot be decoded: {}; {}", limits.words.what, error.what(), limits.words.again));
   }
   answer(reply);
 }
@@ -151,22 +150,22 @@ ReplyOutcome read_reply(int answers, int asker, Clock::time_point until, DecodeR
 }
 
 Status why_no_reply(ReplyOutcome outcome, int status, const ChildLimits& limits) {
-  constexpr const char* kAdvice = "save the image again, or in another format";
+  const char* const advice = limits.words.otherwise;
   if (outcome == ReplyOutcome::late) {
     return resource_exhausted("decoding it takes more than {} s; {}",
-                              std::chrono::duration<double>(limits.time).count(), kAdvice);
+                              std::chrono::duration<double>(limits.time).count(), advice);
   }
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
-    return resource_exhausted("its decoder was killed, perhaps because the machine has no memory left; {}", kAdvice);
+    return resource_exhausted("its decoder was killed, perhaps because the machine has no memory left; {}", advice);
   }
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXFSZ) {
     return resource_exhausted("its decoder writes more than its limit of {}; {}", human_bytes(limits.file_bytes),
-                              kAdvice);
+                              advice);
   }
   return WIFSIGNALED(status)
              ? invalid_argument("its decoder crashes (signal {}, {}); {}", WTERMSIG(status),
-                                ::strsignal(WTERMSIG(status)), kAdvice)
-             : invalid_argument("its decoder ends without an answer (exit code {}); {}", WEXITSTATUS(status), kAdvice);
+                                ::strsignal(WTERMSIG(status)), advice)
+             : invalid_argument("its decoder ends without an answer (exit code {}); {}", WEXITSTATUS(status), advice);
 }
 
 }  // namespace
@@ -197,7 +196,7 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   if (address_space_at_start == 0) {
     close_all(descriptors);
     close_all(answers);
-    return error_reply(failed_precondition("cannot decode images: the decoder cannot read /proc/self/statm"));
+    return error_reply(failed_precondition("cannot decode it: the decoder cannot read /proc/self/statm"));
   }
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
@@ -222,9 +221,9 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
     return error_reply(why_no_reply(outcome, status, limits));
   }
   if (reply.code == kForbiddenCall) {
-    return error_reply(invalid_argument(
-        "its decoder was stopped: it tried the system call {}, which decoding does not need; save the image again",
-        system_call_name(reply.width)));
+    return error_reply(
+        invalid_argument("its decoder was stopped: it tried the system call {}, which decoding does not need; {}",
+                         system_call_name(reply.width), limits.words.again));
   }
   return reply;
 }

@@ -10,11 +10,20 @@
 
 namespace lightmill {
 
+/// Words of messages about the file that the child reads.
+struct FileWords {
+  const char* what = "the image";
+  const char* again = "save the image again";
+  const char* otherwise = "save the image again, or in another format";
+  const char* smaller = "save it in another format or smaller";
+};
+
 struct ChildLimits {
   /// Memory beyond what the process has: before grow_memory, and at most.
   std::uint64_t memory_bytes = 0, most_memory_bytes = 0;
   std::uint64_t file_bytes = 0;  ///< of a file that it writes
   std::chrono::milliseconds time{0};
+  FileWords words = {};
 };
 
 /// Raises this child's memory limit to `memory_bytes` beyond what the process had, or to the largest allowed.

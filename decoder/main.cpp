@@ -1,7 +1,7 @@
-// lightmill-image-decoder: decodes images for the program that starts it, each in a sandboxed child.
+// lightmill-image-decoder: decodes images and compressed meshes for the program that starts it, each in a sandboxed child.
 //
 // The libraries are loaded once. For each request (common/image/decoder/decoder_protocol.h) it forks a child, which
-// reads one image and ends. From an image, only the child's reply reaches this process, which passes it on.
+// reads one file and ends. From a file, only the child's reply reaches this process, which passes it on.
 #include <grp.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -103,7 +103,8 @@ int run(int argc, char** argv) {
   int type = 0;
   socklen_t size = sizeof(type);
   if (::getsockopt(kAsker, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {
-    std::cerr << "lightmill-image-decoder: decodes images for lightmill and lightmill-worker,\nwhich start it\n";
+    std::cerr
+        << "lightmill-image-decoder: decodes images and meshes for lightmill and lightmill-worker,\nwhich start it\n";
     return 2;
   }
   prepare_readers();

@@ -1,4 +1,4 @@
-// Filter of system calls (seccomp) for a process that decodes an image.
+// Filter of system calls (seccomp) for a process that decodes a file.
 #pragma once
 
 #include <linux/filter.h>

@@ -78,7 +78,7 @@ ${about} This package has the worker. A farm can have any
 number of workers. The package starts none.")
 set(CPACK_DEBIAN_LIGHTMILL-IMAGE-DECODER_DESCRIPTION "render farm: image decoder in a sandbox
 ${about} This package has the program that decodes images
-of scenes for the command line and the worker.")
+and compressed meshes of scenes for the command line and the worker.")
 set(CPACK_DEBIAN_LIGHTMILL_DESCRIPTION "render farm: the command line
 ${about} This package has the command line, scenes and
 scripts for Slurm. With the packages of coordinator and worker it also renders

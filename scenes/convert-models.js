@@ -1,10 +1,10 @@
 // Called by get-models: node convert-models.js TEAPOT_PACKAGE BUNNY_PACKAGE ENVIRONMENT_MODULE FOLDER
 //
 // teapot.obj      6,320 triangles. The package has 992: a 4×4 grid of quads on each of Newell's 32 bicubic patches, less
-//                 the ones without area. Five points in a row determine a cubic, so the patches are got back from it and
-//                 sampled again by 10×10, which gives the number of triangles that the teapot has in most places.
-// bunny.obj       69,452 triangles. The package has 3,674; they are refined twice by Loop's subdivision, and then the
-//                 longest edges halved. (Stanford's original has 69,451; a closed mesh has an even number.)
+//                 the ones without area. Five points in a row determine a cubic, so the script recovers the patches. It
+//                 samples them by 10×10, which gives the usual number of triangles.
+// bunny.obj       69,452 triangles. The package has 3,674. The script refines them twice by Loop's subdivision, and then
+//                 halves the longest edges. (Stanford's original has 69,451. A closed mesh has an even number.)
 // apartment.exr   the environment, 512×256, as it is in the package.
 const fs = require("fs");
 const path = require("path");
@@ -148,7 +148,7 @@ function loopSubdivision({ positions, cells }) {
   return result;
 }
 
-/** Halves `count` of the longest edges, no two of one triangle: each makes two triangles more. */
+/** Halves `count` of the longest edges, at most one of each triangle. Each halved edge adds two triangles. */
 function halveLongest({ positions, cells }, count) {
   const edges = [...edgesOf(cells).entries()];
   const length = ([, { ends }]) => distance(positions[ends[0]], positions[ends[1]]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/log.h"
+#include "common/base/number_text.h"
 
 namespace lightmill {
 namespace {
@@ -11,10 +12,6 @@ constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
 constexpr std::int64_t kSoonSeconds = 14 * kDaySeconds;
 /// Work resumes at this multiple of the reserve, so it does not stop again at once.
 constexpr double kRoom = 1.1;
-
-double gib(std::uint64_t bytes) {
-  return static_cast<double>(bytes) / (1 << 30);
-}
 
 }  // namespace
 

@@ -105,8 +105,10 @@ std::uint64_t user_disk_bytes(const ServerOptions& options) {
 
 AssetLimits asset_limits(const ServerOptions& options) {
   const std::uint64_t all = bytes_of_gib(options.max_assets_gib);
-  return {bytes_of_gib(options.max_asset_gib), all, std::min(all, user_disk_bytes(options)) / 2,
-          bytes_of_gib(options.reserve_gib)};
+  return {.asset_bytes = bytes_of_gib(options.max_asset_gib),
+          .total_bytes = all,
+          .user_bytes = std::min(all, user_disk_bytes(options)) / 2,
+          .reserve_bytes = bytes_of_gib(options.reserve_gib)};
 }
 
 Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
@@ -169,7 +171,7 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
   for (const std::string& line : check.report) {
     std::cout << line << "\n";
   }
-  std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "what was damaged is rendered or sent again\n");
+  std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "damaged data is rendered or sent again\n");
   return check.whole ? ok_status() : data_loss("{}: something is lost", state->place);
 }
 
@@ -198,6 +200,7 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
   runtime.gate.authenticates = options.tls.given() || options.authenticate;
   runtime.gate.accepts_certificates = !options.tls.authority.empty();
   runtime.gate.accepts_tokens = !options.insecure;
+  runtime.gate.user_priority = options.user_priority;
   CallLimitOptions& calls = runtime.gate.calls;
   calls = options.calls;
   // Each stream may hold a file open. No caller may take all of them.
@@ -214,15 +217,16 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
 
 WebOptions web_options(const ServerOptions& options, const DescriptorPlan& plan) {
   const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
-  return {options.http,
-          pages,
-          LIGHTMILL_VERSION,
-          options.tls,
-          options.http_names,
-          options.insecure,
-          plan.page,
-          bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
-          bytes_of_gib(share_of_memory_gib(1.0 / 16, 1))};
+  return {.listen = options.http,
+          .pages = pages,
+          .version = LIGHTMILL_VERSION,
+          .tls = options.tls,
+          .names = options.http_names,
+          .open_to_all = options.insecure,
+          .connections = plan.page,
+          .file_bytes = bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
+          .view_bytes = bytes_of_gib(share_of_memory_gib(1.0 / 16, 1)),
+          .patience = from_seconds(options.http_seconds)};
 }
 
 Status serve(const ServerOptions& options, StopRequest& stop) {
@@ -247,7 +251,11 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   Result<std::unique_ptr<Runtime>> started = Runtime::start(std::move(state->store), std::move(state->assets), wanted);
   LM_RETURN_IF_ERROR(with_advice(started.status()));
   const std::unique_ptr<Runtime> runtime = *std::move(started);
-  ApiOptions served{options.listen, plan.calls, options.tls, bytes_of_gib(options.wire_gib), on_fatal};
+  ApiOptions served{.listen = options.listen,
+                    .connections = plan.calls,
+                    .tls = options.tls,
+                    .wire_bytes = bytes_of_gib(options.wire_gib),
+                    .on_fatal = on_fatal};
   if (health != nullptr) {
     served.on_ready = [&health](bool ready) { health->set_ready(ready); };
   }

@@ -87,8 +87,8 @@ Status check_page(const ServerOptions& options) {
   return ok_status();
 }
 
-/// FAILED_PRECONDITION if other machines can reach the coordinator, unless --insecure allows it. The message says what to
-/// do.
+/// FAILED_PRECONDITION if other machines can reach the coordinator, unless --insecure allows it. The message says what
+/// to do.
 Status check_access(const ServerOptions& options, const HostPort& listen) {
   if (options.tls.certificate.empty() && !options.tls.key.empty()) {
     return invalid_argument("{} is given without {}, the coordinator's own certificate", kKeyOption,
@@ -161,6 +161,107 @@ void add_state_options(CLI::App& app, ServerOptions& options, const char* data, 
   app.add_flag("--accept-loss", options.accept_loss, accept_loss);
 }
 
+/// Addresses of gRPC and of health checks.
+void add_listen_options(CLI::App& app, ServerOptions& options) {
+  app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
+  app.add_option(
+         "--health", options.health,
+         "also answer health checks (grpc.health.v1) here, and nothing else, without encryption: for probes without "
+         "a certificate. A standby coordinator answers too, and says that it is not ready")
+      ->type_name("HOST:PORT");
+  app.add_option("--health-port-file", options.health_port_file, "write the port of --health here once it answers")
+      ->type_name("FILE");
+}
+
+/// Leases, units and results.
+void add_work_options(CLI::App& app, ServerOptions& options) {
+  add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
+            "a worker that is silent for this time loses its work");
+  add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
+            "interval of workers' heartbeats; with hundreds of workers it grows by itself, up to a quarter of "
+            "--lease-seconds");
+  add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
+            "after a start, running jobs wait this time for workers to return with the work that they hold");
+  add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
+            "the least time that a unit should take a worker");
+  add_limit(
+      app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
+      "CPU time that a pilot, or one range of samples of a tile, may take. Beyond it, samples are given out one by "
+      "one. A job fails if its pilot or one sample takes longer for two workers with different certificates or "
+      "tokens. A worker that sends nothing for twice as long loses its work");
+  add_limit(app, "--results-rate", options.results_mib, "MIB/S", {1.0, 1e6},
+            "limit of the results of all workers together. More workers get longer units, and still longer ones "
+            "while results wait long for their acknowledgement");
+}
+
+/// Limits of films and assets.
+void add_size_limits(CLI::App& app, ServerOptions& options) {
+  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
+            "memory per job for nodes that are being rendered or wait to be joined")
+      ->default_str("1, or a sixteenth of the memory that the coordinator may use");
+  add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
+            "memory of all films. Jobs whose films exceed it are refused. The rest keeps recently used films of "
+            "ended jobs")
+      ->default_str("half of the memory that the coordinator may use");
+  add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
+  add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
+  add_limit(app, "--user-disk-gib", options.user_disk_gib, "GIB", {0.001, 1e6},
+            "disk for the films of one user's jobs, with ended ones. The assets that one user sends may have half as "
+            "much, and at most half of --max-assets-gib")
+      ->default_str("a third of the disk of --data; without authentication or with --store: no limit");
+}
+
+/// Limits of jobs, calls and workers.
+void add_use_limits(CLI::App& app, ServerOptions& options) {
+  add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "stored jobs");
+  add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "stored jobs of one user");
+  add_limit(app, "--user-priority", options.user_priority, "N", {0, 1'000'000},
+            "the highest priority that a user without the role operate may give a job");
+  add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
+            "requests per second of one caller, ten times as many at once");
+  add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
+            "limit of one caller for each of: asset transfers, film transfers, watched jobs, open pages, listening "
+            "autoscalers");
+  add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000},
+            "asset transfers of all callers; fewer if the process may open few files");
+  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0}, "memory for messages in transit")
+      ->default_str("4, or an eighth of the memory that the coordinator may use");
+  add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
+            "connected workers; further ones are refused, and retry");
+  add_limit(app, "--http-seconds", options.http_seconds, "SECONDS", {1.0, 3600.0},
+            "a connection of --http that is silent for this time is closed");
+}
+
+/// What is kept, and for how long.
+void add_keeping_options(CLI::App& app, ServerOptions& options) {
+  add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
+            "ended jobs are deleted after this time; 0: never");
+  add_limit(
+      app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
+      "with less free space on the disk of --data, no job or asset is accepted and no work is given out; jobs say so, and "
+      "resume by themselves");
+  add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
+            "changes that the farm's log keeps (`lightmill log`), and a quarter as many refusals and connected "
+            "workers");
+  add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500},
+            "entries of the farm's log are deleted after this time");
+}
+
+const CLI::App& add_check_command(CLI::App& app, ServerOptions& options) {
+  CLI::App* const check = app.add_subcommand("check", "Check all stored data against its checksums.");
+  add_state_options(*check, options, "directory of all state. ",
+                    "check even if the database has lost acknowledged commits; otherwise such a database is refused");
+  add_log_options(*check, options.log);
+  check->footer(
+      "No coordinator may be active. Damaged data is removed. The next coordinator has it rendered again, if possible."
+      "\nExit codes: 0 nothing is lost, 1 something is lost or cannot be checked, 2 bad usage.\n\nExamples:\n"
+      "  lightmill-server check --data /var/lib/lightmill");
+  return *check;
+}
+
 }  // namespace
 
 std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& options) {
@@ -181,84 +282,17 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_state_options(app, options, "directory of all its state; created if missing. ",
                     "start even if the database has lost acknowledged commits, and continue without them; otherwise "
                     "such a database is refused");
-  app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
-      ->type_name("HOST:PORT")
-      ->capture_default_str();
-  app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
-  app.add_option(
-         "--health", options.health,
-         "also answer health checks (grpc.health.v1) here, and nothing else, without encryption: for probes without "
-         "a certificate. A standby coordinator answers too, and says that it is not ready")
-      ->type_name("HOST:PORT");
-  app.add_option("--health-port-file", options.health_port_file, "write the port of --health here once it answers")
-      ->type_name("FILE");
+  add_listen_options(app, options);
   add_page_options(app, options);
   add_access_options(app, options);
   add_log_options(app, options.log);
-  add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
-            "a worker that is silent for this time loses its work");
-  add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
-            "interval of workers' heartbeats; with hundreds of workers it grows by itself, up to a quarter of "
-            "--lease-seconds");
-  add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
-            "after a start, running jobs wait this time for workers to return with the work that they hold");
-  add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
-            "the least time that a unit should take a worker");
-  add_limit(
-      app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
-      "CPU time that a pilot, or one range of samples of a tile, may take. Beyond it, samples are given out one by "
-      "one. A job fails if its pilot or one sample takes longer for two workers with different certificates or "
-      "tokens. A worker that sends nothing for twice as long loses its work");
-  add_limit(app, "--results-rate", options.results_mib, "MIB/S", {1.0, 1e6},
-            "limit of the results of all workers together. More workers get longer units, and still longer ones "
-            "while results wait long for their acknowledgement");
-  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
-            "memory per job for nodes that are being rendered or wait to be joined")
-      ->default_str("1, or a sixteenth of the memory that the coordinator may use");
-  add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
-            "memory of all films. Jobs whose films exceed it are refused. The rest keeps recently used films of "
-            "ended jobs")
-      ->default_str("half of the memory that the coordinator may use");
-  add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
-  add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
-  add_limit(app, "--user-disk-gib", options.user_disk_gib, "GIB", {0.001, 1e6},
-            "disk for the films of one user's jobs, with ended ones. The assets that one user sends may have half as "
-            "much, and at most half of --max-assets-gib")
-      ->default_str("a third of the disk of --data; without authentication or with --store: no limit");
-  add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "stored jobs");
-  add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "stored jobs of one user");
-  add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
-            "requests per second of one caller, ten times as many at once");
-  add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
-            "limit of one caller for each of: asset transfers, film transfers, watched jobs, open pages, listening "
-            "autoscalers");
-  add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000},
-            "asset transfers of all callers; fewer if the process may open few files");
-  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0}, "memory for messages in transit")
-      ->default_str("4, or an eighth of the memory that the coordinator may use");
-  add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
-            "connected workers; further ones are refused, and retry");
-  add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
-            "ended jobs are deleted after this time; 0: never");
-  add_limit(
-      app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
-      "with less free space on the disk of --data, no job or asset is accepted and no work is given out; jobs say so, and "
-      "resume by themselves");
-  add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
-            "changes that the farm's log keeps (`lightmill log`), and a quarter as many refusals and connected "
-            "workers");
-  add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500},
-            "entries of the farm's log are deleted after this time");
-  CLI::App* const check = app.add_subcommand("check", "Check all stored data against its checksums.");
-  add_state_options(*check, options, "directory of all state. ",
-                    "check even if the database has lost acknowledged commits; otherwise such a database is refused");
-  add_log_options(*check, options.log);
-  check->footer(
-      "No coordinator may be active. Damaged data is removed. The next coordinator has it rendered again, if possible."
-      "\nExit codes: 0 nothing is lost, 1 something is lost or cannot be checked, 2 bad usage.\n\nExamples:\n"
-      "  lightmill-server check --data /var/lib/lightmill");
+  add_work_options(app, options);
+  add_size_limits(app, options);
+  add_use_limits(app, options);
+  add_keeping_options(app, options);
+  const CLI::App& check = add_check_command(app, options);
   return parse_options(app, argc, argv, [&] {
-    options.check = check->parsed();
+    options.check = check.parsed();
     if (options.data.empty() && options.store.empty()) {
       options.data = default_data_directory();
     }

@@ -39,9 +39,11 @@ struct ServerOptions {
   double max_asset_gib = 2;
   double user_disk_gib = 0;  ///< 0: the default
   std::uint32_t max_jobs = 10'000, user_jobs = 2'000;
+  std::int32_t user_priority = 10;
   CallLimitOptions calls;
   double wire_gib = std::max(share_of_memory_gib(1.0 / 8, 4), kLeastWireGib);
   std::uint32_t max_workers = 10'000;
+  double http_seconds = 30;
   double keep_days = 90, reserve_gib = 0.25;
   std::uint32_t log_entries = 50'000;
   std::uint32_t log_days = 400;

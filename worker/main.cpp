@@ -23,6 +23,7 @@
 #include "common/command_line/describe_option.h"
 #include "common/farm/job.h"
 #include "common/security/caller_options.h"
+#include "worker/inspect/scene_reader.h"
 #include "worker/render/scene_limits.h"
 #include "worker/render/worker_class.h"
 #include "worker/shell/worker_loop.h"
@@ -34,11 +35,11 @@ namespace {
 constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
 constexpr const char* kEnrolFileVariable = "LIGHTMILL_ENROL_FILE";
 constexpr const char* kStateVariable = "LIGHTMILL_STATE";
-/// Threads besides the rendering ones: of this program and its libraries, mostly gRPC.
+/// Threads of this program and its libraries (mostly gRPC), without those that render.
 constexpr std::uint32_t kOtherThreads = 16;
 
-/// Starts `count` threads at once, and ends them: libraries abort if they cannot start theirs. RESOURCE_EXHAUSTED if one
-/// cannot start.
+/// Starts `count` threads at once, and ends them: libraries abort if they cannot start theirs. RESOURCE_EXHAUSTED if
+/// one cannot start.
 Status check_threads(std::uint32_t count) {
   std::latch all(1);
   std::vector<std::jthread> threads;
@@ -100,8 +101,8 @@ Status check_options(Options& options) {
   LM_ASSIGN_OR_RETURN(const CallerTexts caller,
                       read_caller(options.caller, options.servers, system_clock().unix_milliseconds() / 1000));
   if (!options.enrol_file.empty() && !caller.token.empty()) {
-    return invalid_argument("{} is given, and a token ({} or {}): give one of them", kEnrolFileOption, kTokenFileOption,
-                            kTokenVariable);
+    return invalid_argument("{} and a token ({} or {}) are both given: give only one", kEnrolFileOption,
+                            kTokenFileOption, kTokenVariable);
   }
   if (options.name.empty()) {  // with enrolment, the token's name has the host
     options.name =
@@ -168,8 +169,8 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
   add_limit(app, "--scene-gib", options.scene_gib, "GIB", {0.001, 65536.0},
-            "memory of one scene while it is compiled, by an estimate. Scenes beyond this limit or the next four "
-            "are left to other workers")
+            "estimated memory of one scene while it is compiled. Scenes beyond this or one of the next four limits are "
+            "left to other workers")
       ->default_str("three quarters of the memory that the worker may use");
   add_limit(app, "--scene-triangles", options.scene_triangles, "N", {1, kMaxSceneTriangles},
             "triangles of one scene; instances of a mesh count once")
@@ -178,13 +179,15 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
             "pixels of one decoded image, in units of 1,048,576");
   add_limit(app, "--images-gib", options.images_gib, "GIB", {0.001, 65536.0}, "all decoded images of one scene");
   add_limit(app, "--scene-seconds", options.scene_seconds, "S", {1.0, 1e6},
-            "time to prepare one scene, without the time in which its files arrive; beyond it, the scene is left to "
-            "other workers");
+            "time to prepare one scene, without the download of its files. Scenes that take longer are left to other "
+            "workers");
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for unacknowledged results; beyond it, rendering pauses");
-  app.add_flag(kUnsandboxedImages, options.unsandboxed_images,
-               "decode images even if the kernel refuses the sandbox (seccomp); only for farms whose users you trust");
+  app.add_flag(
+      kUnsandboxedImages, options.unsandboxed_images,
+      "decode images and compressed meshes even if the kernel refuses the sandbox (seccomp); only for farms whose "
+      "users you trust");
   app.add_flag(
       "--openjd", options.openjd,
       "also print messages of Open Job Description (openjd_status, openjd_fail) on standard output, for a farm "
@@ -224,6 +227,7 @@ WorkerOptions worker_options(const Options& options, StateFolder* state) {
                   static_cast<std::int64_t>(options.image_megapixels * (1 << 20)), bytes_of_gib(options.images_gib),
                   options.scene_seconds};
   worker.decoder.unsandboxed = options.unsandboxed_images;
+  worker.reader = "/proc/self/exe";  // this build, also if another one was installed meanwhile
   worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;
   worker.session.host = host_name();
@@ -307,8 +311,8 @@ int run(int argc, char** argv) {
   }
   if (options.unsandboxed_images) {
     spdlog::warn(
-        "images are decoded without a sandbox if the kernel refuses it ({}): a malicious image may take over this "
-        "worker",
+        "images and compressed meshes are decoded without a sandbox if the kernel refuses it ({}): a malicious one may "
+        "take over this worker",
         kUnsandboxedImages);
   }
   const Status status =
@@ -325,6 +329,9 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::string_view(argv[1]) == lightmill::kSceneReaderOption) {
+    return lightmill::run_scene_reader();
+  }
   lightmill::exit_on_out_of_memory("lightmill-worker", 1, lightmill::has_flag(argc, argv, "--openjd"));
   return lightmill::run(argc, argv);
 }

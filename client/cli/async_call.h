@@ -10,14 +10,14 @@
 
 namespace lightmill::cli {
 
-/// Asks during its lifetime. The destructor does not wait for a silent coordinator.
+/// Runs during its lifetime. The destructor does not wait for a silent coordinator.
 template <class Answer>
 class AsyncCall {
  public:
   /// `ask` runs on the thread. `cancel` ends the calls that `ask` has in progress, but not those about to begin.
   AsyncCall(std::function<Result<Answer>()> ask, std::function<void()> cancel)
       : cancel_(std::move(cancel)), answer_(std::async(std::launch::async, std::move(ask))) {}
-  /// Cancels the question.
+  /// Cancels the call.
   ~AsyncCall() {
     // Repeated, because a call that is about to begin misses a cancellation.
     while (answer_.valid() && !done(kCancelEvery)) {

@@ -9,8 +9,8 @@
 namespace lightmill::cli {
 
 /// Runs Blender without a window on a .blend file, and loads what the exporter writes: the active scene as Cycles would
-/// render it. Scripts in the file do not run. Notices say what differs. The program is LIGHTMILL_BLENDER if that is set,
-/// else `blender` on the PATH. Without it the error says so. Returns CANCELLED when interrupted.
+/// render it. Scripts in the file do not run. Notices say what differs. The program is LIGHTMILL_BLENDER if that is
+/// set, else `blender` on the PATH. Without it the error says so. Returns CANCELLED when interrupted.
 Result<LoadedScene> load_blend(const std::filesystem::path& path, const LoadOptions& options, Signals& signals);
 
 }  // namespace lightmill::cli

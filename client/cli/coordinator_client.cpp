@@ -127,8 +127,8 @@ Request about_job(std::uint64_t id) {
   return request;
 }
 
-/// An error if the client knows the job, and the farm does not have it any more. Changes ask this first, so that they do
-/// not change a job of another farm.
+/// An error if the client knows the job, and the farm does not have it any more. Changes ask this first, so that they
+/// do not change a job of another farm.
 template <class State>
 Status check_still_there(State& state, std::uint64_t id) {
   return state.known.has(id) ? call_for_job(state, &Stub::GetJob, about_job<v1::GetJobRequest>(id)).status()

@@ -26,7 +26,7 @@ class CancelOnEvent {
   Signals& signals_;
 };
 
-/// Whether a broken stream may recover. Otherwise the answer is final.
+/// Whether another attempt may succeed. Otherwise the answer is final.
 bool may_recover(const Status& status) {
   return status.ok() || status.code() == StatusCode::kUnavailable || status.code() == StatusCode::kCancelled;
 }

@@ -19,7 +19,7 @@ void print_text(const Console& console, std::string_view text) {
 
 void explain_access(const Console& console) {
   print_text(console,
-             "A farm with a certificate asks who calls. The authority of the farm (ca.pem) lets a program check the "
+             "A farm with a certificate requires authentication. Its authority (ca.pem) lets a program check the "
              "coordinator, and encrypts the connection. A certificate or a token says who you are. If you give both, "
              "the token counts.\n\n");
   print_table(console, {{"OPTION", "VARIABLE", "MEANS"},
@@ -42,15 +42,16 @@ void explain_access(const Console& console) {
 }
 
 void explain_audits(const Console& console) {
-  print_text(console,
-             "The farm renders a share of each job's results again on a worker of another identity, and compares the "
-             "bits. An identity is a certificate or token; without these, a machine. A third identity decides who is "
-             "wrong. A worker whose result is wrong gets into quarantine, and what it did is rendered again.\n\n"
-             "--verify sets the share: 1% (the default), 0.1%, all or none. `lightmill show JOB` says how many results "
-             "were audited, or why none.\n\n"
-             "Workers whose test renders have the same bits are of one fingerprint class. A job uses workers of one "
-             "class. With --allow-mixed it uses all. Then its bits depend on the workers, so the picture cannot be "
-             "verified, and audits compare only within a class.");
+  print_text(
+      console,
+      "The farm renders a share of each job's results again on a worker of another identity, and compares the "
+      "bits. An identity is a certificate or token; without these, a machine. If the bits differ, a "
+      "third identity decides. A worker with a wrong result gets into quarantine, and its results are rendered again.\n\n"
+      "--verify sets the share: 1% (the default), 0.1%, all or none. `lightmill show JOB` says how many results "
+      "were audited, or why none.\n\n"
+      "Workers whose test renders have the same bits are of one fingerprint class. A job uses workers of one "
+      "class. With --allow-mixed it uses all. Then its bits depend on the workers, so the picture cannot be "
+      "verified, and audits compare only within a class.");
 }
 
 void explain_exit_codes(const Console& console) {
@@ -81,8 +82,8 @@ void explain_layers(const Console& console) {
               {{"LAYER", "CHANNELS", "CONTENTS"},
                {"direct", "Direct.R/G/B", "light that was scattered at most once"},
                {"indirect", "Indirect.R/G/B", "all other light"},
-               {"caustic", "Caustic.R/G/B", "the part of indirect that photons brought by way of casters"},
-               {"bias", "Bias.R/G/B", "the difference that half the gather radius would make"},
+               {"caustic", "Caustic.R/G/B", "the part of indirect that photons carry by way of casters"},
+               {"bias", "Bias.R/G/B", "the change of the picture with half the gather radius, an estimate of the bias"},
                {"light:NAME", "Light.NAME.R/G/B", "light of the light group NAME; Light.rest has all other light"},
                {"albedo", "Albedo.R/G/B", "the reflectance of the first surface"},
                {"normal", "N.X/Y/Z", "its shading normal, in scene coordinates"},
@@ -193,11 +194,11 @@ void explain_scenes(const Console& console) {
       {{"OPTION", "MEANS"},
        {"--camera NAME", "the file's camera with this name, or with this number, from 1"},
        {"--camera FILE", "a JSON file with a camera, as `lightmill check --save-camera` writes it"},
-       {"--camera auto", "a view of all from the front, above and right, which scenes without a camera get"},
-       {"--sky auto", "OBJ and glTF files that nothing lights get an even white sky"},
+       {"--camera auto", "a view of everything from the front, above and right. Scenes without a camera get it"},
+       {"--sky auto", "OBJ and glTF files without a light source get an even white sky"},
        {"--sky on, --sky off", "every scene gets it, or none"},
-       {"--at SECONDS", "a glTF file at this moment of its first animation, or of that which --animation names"},
-       {"--mtl course", "Ka in MTL files is emission. The default if only some materials have it, and none has Ke"},
+       {"--at SECONDS", "a glTF file at this moment of its first animation, or of the one given by --animation"},
+       {"--mtl course", "Ka in MTL files is emission. The default if only some materials have Ka, and none has Ke"},
        {"--mtl standard", "Ka is ambient light, which is ignored"},
        {"--strict", "files with faults are refused. Without it, a notice names each kind of fault"}});
   print_text(console, "\n`lightmill check SCENE` shows what is in a scene, and what is wrong with it.");

@@ -1,5 +1,5 @@
-// The jobs that a client has seen on its farm. After a reconnection another farm may answer, with other jobs of the same
-// numbers.
+// The jobs that a client has seen on its farm. After a reconnection another farm may answer, with other jobs of the
+// same numbers.
 #pragma once
 
 #include <map>
@@ -21,7 +21,7 @@ class KnownJobs {
   bool has(std::uint64_t id) const;
   /// Remembers the job. ABORTED if it is not the job that had this number before.
   Status meet(const v1::Job& job);
-  /// The farm's answer to a question about a job. A known job that is not found is gone: ABORTED.
+  /// Checks the farm's answer to a question about a job. If a known job is not found, it is gone: ABORTED.
   Status about(std::uint64_t id, const Status& answer) const;
 
  private:

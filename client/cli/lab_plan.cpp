@@ -105,8 +105,8 @@ Result<std::string> reference_key(const LabPlan& plan, const LabSceneJob& scene)
   return sha256(*bytes).hex();
 }
 
-/// Makes lab::Experiment's own check for a file whose receipt says which samples it holds. A picture of another scene
-/// may be intended, so it gives a notice.
+/// Checks a reference file whose receipt says which samples it holds, as lab::Experiment checks rendered references. A
+/// picture of another scene may be intended, so it gives a notice.
 Status check_reference_file(const LabSceneJob& scene, LabPlan& plan) {
   const std::string& file = scene.scene.reference.file;
   const Result<FilmPicture> film = load_film_picture(file);

@@ -8,6 +8,7 @@
 #include "common/base/text_width.h"
 #include "common/film/error_goal.h"
 #include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
 
 namespace lightmill::cli {
 namespace {
@@ -52,22 +53,8 @@ std::string tail_text(const v1::Job& job) {
 }  // namespace
 
 std::string state_name(v1::JobState state) {
-  switch (state) {
-    case v1::JOB_STATE_QUEUED:
-      return "queued";
-    case v1::JOB_STATE_RUNNING:
-      return "running";
-    case v1::JOB_STATE_PAUSED:
-      return "paused";
-    case v1::JOB_STATE_DONE:
-      return "done";
-    case v1::JOB_STATE_FAILED:
-      return "failed";
-    case v1::JOB_STATE_CANCELLED:
-      return "cancelled";
-    default:
-      return "unknown";
-  }
+  const Result<JobState> known = from_wire(state);
+  return known.ok() ? std::string(name_of(*known)) : "unknown";
 }
 
 std::string limit_name(v1::GoalLimit limit) {

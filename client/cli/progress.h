@@ -20,11 +20,11 @@ bool has_ended(v1::JobState state);
 double fraction_done(const v1::Job& job);
 /// "±1.2%", "±12%": the frame's relative root-mean-square error, √relMSE. Empty while it is unknown.
 std::string error_text(const v1::Job& job);
-/// "relMSE ≤0.012 (95%, goal 0.01)": the upper end of the 95% confidence interval, and the goal. Once it is below the goal, also the samples
-/// at which the farm reads it next. Empty for a job without an error goal.
+/// "relMSE ≤0.012 (95%, goal 0.01)": the upper end of the 95% confidence interval, and the goal. Once it is below the
+/// goal, also the samples at which the farm checks it next. Empty for a job without an error goal.
 std::string error_goal_text(const v1::Job& job);
-/// The method for a list of jobs. "mixed" is added if the job allows mixed fingerprint classes, and "!" if the picture
-/// lacks some of the scene's light.
+/// The method for a list of jobs. A job that allows mixed fingerprint classes has "mixed" after it. A picture that
+/// lacks some of the scene's light has "!".
 std::string method_text(const v1::Job& job);
 /// "path"; or the candidates, "path or caustic", while a pilot has not chosen.
 std::string method_name(const v1::Job& job);
@@ -49,7 +49,7 @@ std::string verification_text(const v1::Job& job);
 /// none.
 std::string trace_text(const v1::Job& job);
 
-/// The disadvantage of a job that allows mixed fingerprint classes. Empty for other jobs.
+/// A warning for a job that allows mixed fingerprint classes. Empty for other jobs.
 std::string mixed_text(const v1::Job& job);
 
 /// "128", or "16 to 128".

@@ -53,9 +53,8 @@ Result<Goal> checked_goal(Goal goal) {
   if (goal.samples == 0 && goal.seconds == 0 && goal.error == 0) {
     goal.samples = kDefaultSamples;
   }
-  if (goal.samples > most_samples(goal)) {
-    return invalid_argument("--spp is at most {} with --adaptive, got {}", most_samples(goal), goal.samples);
-  }
+  // The options check each limit alone. Only an adaptive job may have fewer samples.
+  LM_RETURN_IF_ERROR(with_context(check_goal(goal), "--spp with --adaptive"));
   return goal;
 }
 
@@ -135,8 +134,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                   "and light:NAME for a light group (`lightmill help layers`)")
       ->type_name("A,B,...");
   command
-      .add_option("--max-bounces", settings.max_bounces,
-                  "scatterings of a light path at most (default: 1000; whitted: 128); only dense white fog reaches it")
+      .add_option(
+          "--max-bounces", settings.max_bounces,
+          "limit of scatterings of a light path (default: 1000; whitted: 128). Only dense white fog reaches the default")
       ->type_name("N")
       ->check(whole_number(1, kMostBounces));
   command.add_option("--seed", settings.seed, "the same seed gives the same picture, bit for bit")
@@ -148,13 +148,15 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("P")
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
-  add_parsed(command, "--verify", spec.verify_share, parse_share,
-             "share of the results that another identity renders again, to find workers that compute wrongly: 1%, "
-             "0.1%, all, none (`lightmill help audits`)")
+  add_parsed(command, "--verify", spec.audit_share, parse_share,
+             "share of the results that another identity renders again, to find workers with wrong results: 1%, 0.1%, "
+             "all, none (`lightmill help audits`)")
       ->type_name("SHARE")
       ->default_str("1%");
-  command.add_flag("--allow-mixed", spec.allow_mixed,
-                   "let workers that round differently render it together; its bits cannot be reproduced then");
+  command.add_flag(
+      "--allow-mixed", spec.allow_mixed,
+      "let workers of all fingerprint classes render it, even if they round differently. Then its bits cannot be "
+      "reproduced");
   command.add_option("--name", spec.name, "name of the job (default: the scene's name)")->type_name("NAME");
   command.add_option("--owner", spec.owner, "owner of the job (default: you)")->type_name("NAME");
   command.option_defaults()->group("Options");

@@ -42,19 +42,20 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->type_name("course|standard");
   command
       .add_option("--sky", options.sky,
-                  "an even white sky: on, off, or auto, which adds it to OBJ and glTF files that nothing lights")
+                  "an even white sky: on, off, or auto, which adds it to OBJ and glTF files without a light source")
       ->type_name("auto|on|off")
       ->capture_default_str();
   command.add_option("--at", options.at, "show a glTF file at this moment of its animation")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 1e9).description(""));
+      ->check(real_number(0, 1e9));
   command.add_option("--animation", options.animation, "animation for --at (default 0), by name or number")
       ->type_name("NAME|N");
   command.add_flag("--strict", options.strict,
                    "refuse OBJ, MTL, glTF, pbrt and Mitsuba files with faults, such as odd lines and missing files");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
-      "decode images even if the kernel refuses the sandbox (seccomp); only for scenes from people you trust");
+      "decode images and compressed meshes even if the kernel refuses the sandbox (seccomp); only for scenes from people "
+      "you trust");
   command.option_defaults()->group("Options");
 }
 
@@ -93,15 +94,21 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   if (blend && paths.size() > 1) {
     return invalid_argument("a .blend file cannot be combined with other files, got {} files", paths.size());
   }
+  DecoderProcess decoder({.unsandboxed = options.unsandboxed_images});
+  bool meshes = false;
+  load_options.decode_mesh = [&](ByteView bytes, const MeshRequest& request) {
+    meshes = true;
+    return signals.interrupted() ? Result<DecodedMesh>(cancelled("interrupted")) : decoder.decode_mesh(bytes, request);
+  };
   Result<LoadedScene> loaded = load_within_memory(paths, blend, load_options, signals);
   if (!loaded.ok()) {
     return as_input_error(loaded.status());
   }
-  if (options.unsandboxed_images && !loaded->images.empty()) {
+  if (options.unsandboxed_images && (meshes || !loaded->images.empty())) {
     loaded->notices.push_back(
-        "images are decoded without a sandbox where the kernel refuses it (--unsandboxed-images)");
+        "images and compressed meshes are decoded without a sandbox where the kernel refuses it (--unsandboxed-images)");
   }
-  LM_RETURN_IF_ERROR(check_images({.unsandboxed = options.unsandboxed_images}, *loaded, signals));
+  LM_RETURN_IF_ERROR(check_images(decoder, *loaded, signals));
   return loaded;
 }
 
@@ -130,15 +137,14 @@ Status check_image(DecoderProcess& decoder, const ImageAsset& image, LoadedScene
 
 }  // namespace
 
-Status check_images(const DecoderOptions& decoder, LoadedScene& loaded, const Signals& signals) {
-  DecoderProcess process(decoder);
+Status check_images(DecoderProcess& decoder, LoadedScene& loaded, const Signals& signals) {
   std::set<std::tuple<Sha256, std::string, bool>> checked;
   for (const ImageAsset& image : loaded.images) {
     if (signals.interrupted()) {
       return cancelled("interrupted");
     }
     if (checked.emplace(image.asset, image.name, image.environment).second) {
-      LM_RETURN_IF_ERROR(check_image(process, image, loaded));
+      LM_RETURN_IF_ERROR(check_image(decoder, image, loaded));
     }
   }
   return ok_status();

@@ -30,8 +30,8 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 /// Loads the scene, also from Blender. Errors are in the user's files or options. CANCELLED when interrupted.
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals);
 
-/// Decodes each image of the scene as a worker does, with the same program. Adds notices about what is used otherwise
-/// than the file says. Fails for an image that cannot be rendered, and names its place. Without images it does nothing.
-Status check_images(const DecoderOptions& decoder, LoadedScene& loaded, const Signals& signals);
+/// Decodes each image of the scene as a worker does, with the same program. Adds notices about images that are not used
+/// as their files say. Fails for an image that cannot be rendered, and names its place. Without images it does nothing.
+Status check_images(DecoderProcess& decoder, LoadedScene& loaded, const Signals& signals);
 
 }  // namespace lightmill::cli

@@ -11,9 +11,9 @@
 
 namespace lightmill::cli {
 
-/// During its lifetime standard output's terminal shows its alternate screen, without cursor and line wrapping, and
-/// does not echo. The end restores the terminal, also when a second Ctrl-C ends the process. Ctrl-Z and Ctrl-\ are
-/// ignored, because they would leave the terminal unrestored.
+/// The alternate screen of standard output's terminal, without cursor, line wrapping and echo. The destructor restores
+/// the terminal. So does a second Ctrl-C, which ends the process. Ctrl-Z and Ctrl-\ are ignored, because they would
+/// leave the terminal unrestored.
 class Screen {
  public:
   struct Size {

@@ -20,8 +20,8 @@ struct Coloring {
 };
 
 /// Rows under a header, with columns padded to their widest cell. Cells are UTF-8. Control characters in them are
-/// escaped. If `width` columns (0: no limit) are too few, the widest columns are wrapped. If that is not enough, each row
-/// takes several lines. No text is left out.
+/// escaped. If `width` columns (0: no limit) are too few, the widest columns are wrapped. If that is not enough, each
+/// row takes several lines. No text is left out.
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring = {});
 
 /// A line for each row, of at most `width` columns (0: no limit). If they are too few, the widest cells lose their

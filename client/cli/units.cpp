@@ -89,7 +89,7 @@ Result<std::pair<int, int>> parse_size(std::string_view text) {
   if (cross != std::string_view::npos) {
     const auto width = parse_number<int>(text.substr(0, cross));
     const auto height = parse_number<int>(text.substr(cross + 1));
-    if (width && height && *width >= 1 && *height >= 1 && *width <= kMaxFilmSide && *height <= kMaxFilmSide) {
+    if (width && height && is_film_side(*width) && is_film_side(*height)) {
       return std::pair{*width, *height};
     }
   }
@@ -102,7 +102,7 @@ Result<PixelRect> parse_crop(std::string_view text) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::size_t comma = i < 3 ? rest.find(',') : rest.size();
     const auto number = comma == std::string_view::npos ? std::nullopt : parse_number<int>(rest.substr(0, comma));
-    if (!number || *number < (i < 2 ? 0 : 1) || *number > kMaxFilmSide) {
+    if (!number || !(is_film_side(*number) || (i < 2 && *number == 0))) {
       return invalid_argument("a crop is X,Y,WIDTH,HEIGHT in pixels from the upper left (as in 0,0,64,64), got '{}'",
                               text);
     }
@@ -174,13 +174,11 @@ Result<double> parse_seconds(std::string_view text) {
     }
   }
   const auto number = parse_number<double>(digits);
-  if (!number || !std::isfinite(*number) || *number <= 0) {
-    return invalid_argument(
-        "a time is a number of seconds above 0, or one with s, m, h, d or w (as in 90, 1.5m, 2h), got '{}'", text);
+  if (!number) {
+    return invalid_argument("a time is a number of seconds, or one with s, m, h, d or w (as in 90, 1.5m, 2h), got '{}'",
+                            text);
   }
-  if (*number * unit > kMaxGoalSeconds) {
-    return invalid_argument("a time is at most {} seconds, got '{}'", kMaxGoalSeconds, text);
-  }
+  LM_RETURN_IF_ERROR(check_goal_seconds(*number * unit));
   return *number * unit;
 }
 

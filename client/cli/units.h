@@ -38,7 +38,7 @@ std::string human_day(std::int64_t unix_ms, std::int64_t now_ms = 0);
 /// "2026-11-26 01:13:05+0100"; local time, as human_date.
 std::string human_moment(std::int64_t unix_ms);
 
-/// "WxH", each 1 to kMaxFilmSide.
+/// "WxH", each a film's side.
 Result<std::pair<int, int>> parse_size(std::string_view text);
 
 /// "X,Y,W,H" in pixels of the full film.
@@ -57,7 +57,7 @@ Result<double> parse_error(std::string_view text);
 /// A share: "1%", "0.5%", "all" (1), "none" (0).
 Result<double> parse_share(std::string_view text);
 
-/// Seconds from "90", "90s", "1.5m", "2h", "1d" or "1w"; more than 0, at most kMaxGoalSeconds.
+/// Seconds from "90", "90s", "1.5m", "2h", "1d" or "1w", as check_goal_seconds allows.
 Result<double> parse_seconds(std::string_view text);
 
 }  // namespace lightmill::cli

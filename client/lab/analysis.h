@@ -33,14 +33,14 @@ using Metric = std::function<double(const LabResult&)>;
 std::vector<CurvePoint> curve_of(const std::vector<LabResult>& results, const std::string& scene,
                                  const std::string& method, const Metric& metric);
 
-/// A time, and whether it lies beyond the curve's ends. There errors are assumed to fall as 1/time.
+/// A time, and whether it is extrapolated. Beyond the curve's ends, errors are assumed to fall as 1/time.
 struct TimeToError {
   double seconds = 0;
   bool extrapolated = false;
 };
 
-/// The time at which the medians of a curve first reach `error`, on the straight lines of a log-log chart. Empty for a curve without
-/// positive values. Extrapolates beyond the last point only up to `reach` times the least error.
+/// The time at which the medians of a curve first reach `error`, on the straight lines of a log-log chart. Empty for a
+/// curve without positive values. Extrapolates beyond the last point only up to `reach` times the least error.
 std::optional<TimeToError> time_to_error(const std::vector<CurvePoint>& curve, double error, double reach = 1);
 
 /// The exponent p of error ∝ samples^p, by least squares on logarithms of the medians. Empty for fewer than two points.

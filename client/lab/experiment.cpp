@@ -192,8 +192,8 @@ Status check_each_once(const std::vector<T>& items, const char* what, const Of& 
   return ok_status();
 }
 
-/// A reference that shares its samples with what it measures would hide their error. Other methods of the same seed
-/// share the camera's samples.
+/// A reference must not share samples with the pictures that it measures, because this would hide their error. Other
+/// methods with the same seed share the camera's samples.
 Status check_references(const Experiment& experiment) {
   for (const LabScene& scene : experiment.scenes) {
     const Reference& reference = scene.reference;

@@ -19,8 +19,8 @@ std::string page_css();
 /// differences.
 std::string page_script();
 
-/// A PNG that is red where the picture is too bright, and blue where it is too dark. The value is (x − r)/(|r| + 0.1)
-/// of the channels' mean. It is full at a quarter, and black where equal. The pictures have one size.
+/// A PNG of the difference (x − r)/(|r| + 0.1) of the channels' means: red where the picture is too bright, blue where
+/// it is too dark, black where equal. A difference of 0.25 or more has full colour. The pictures have the same size.
 Result<std::string> difference_png(const RgbImage& picture, const RgbImage& reference);
 
 /// The picture itself as a PNG.

@@ -169,7 +169,7 @@ std::string method_table(const ReportInput& input, const ReportScene& scene, con
   return rows.size() < 2 ? "<p class='faint'>No results yet.</p>\n" : table(rows);
 }
 
-/// A warning about results less than ten times above the reference's own error, which may have changed them by a tenth.
+/// A warning about results below ten times the reference's own error, which may change them by a tenth.
 std::string reference_warning(const ReportScene& scene, const SceneFacts& facts) {
   if (scene.reference_error <= 0) {
     return "";

@@ -17,8 +17,8 @@ struct TevTile {
   std::vector<float> planes;  ///< all of R, then G, then B, each in rows from the top
 };
 
-/// Makes packets for a viewer. Tiles wait in a queue, so each gets its turn. A tile that changes while it waits keeps
-/// its place. A tile that changes later joins at the end.
+/// Makes packets for a viewer. Changed tiles wait in a queue. A tile that changes while it waits keeps its place. A
+/// tile that changes later joins at the end.
 class TevPicture {
  public:
   TevPicture(std::string name, int width, int height) : name_(std::move(name)), width_(width), height_(height) {}

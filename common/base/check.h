@@ -1,4 +1,4 @@
-// Assertions for what only a bug can cause. They stay on in release builds.
+// Assertions for errors that only a bug can cause. They stay on in release builds.
 #pragma once
 
 #include <fmt/format.h>

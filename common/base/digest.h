@@ -1,12 +1,14 @@
-// Digests. SHA-256 names assets and jobs. XXH3-128 finds damage in results and stored rows.
+// Bytes and their digests. SHA-256 names assets and jobs. XXH3-128 finds damage in results and stored rows.
 #pragma once
 
 #include <array>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +21,17 @@ using ByteView = std::span<const std::byte>;
 
 inline ByteView as_byte_view(std::string_view text) {
   return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+/// A little-endian number at `at`; empty if the bytes end before it.
+template <class Number>
+std::optional<Number> number_at(ByteView bytes, std::size_t at) {
+  Number number{};
+  if (at > bytes.size() || bytes.size() - at < sizeof(number)) {
+    return std::nullopt;
+  }
+  std::memcpy(&number, bytes.data() + at, sizeof(number));
+  return number;
 }
 
 /// A SHA-256, shown as 64 lower-case hex digits.

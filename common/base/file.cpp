@@ -90,8 +90,7 @@ Status write_and_name(const fs::path& path, ByteView bytes, mode_t mode, Existin
     ::unlink(temporary.c_str());
     return status;
   }
-  sync_folder_of(path);
-  return ok_status();
+  return sync_folder_of(path);
 }
 
 }  // namespace
@@ -146,12 +145,19 @@ Status write_secret_file(const fs::path& path, ByteView bytes, bool replace) {
   return write_and_name(path, bytes, 0600, replace ? Existing::replaced : Existing::kept);
 }
 
-void sync_folder_of(const fs::path& path) {
+Status sync_file(const fs::path& path) {
+  const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return fd.get() >= 0 && ::fsync(fd.get()) == 0 ? ok_status() : errno_error("cannot flush", path);
+}
+
+Status sync_folder_of(const fs::path& path) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0) {
-    ::fsync(directory.get());
+  if (directory.get() >= 0 && ::fsync(directory.get()) == 0) {
+    return ok_status();
   }
+  const bool impossible = errno == EACCES || errno == EINVAL || errno == ENOTSUP;
+  return impossible ? ok_status() : errno_error("cannot flush the folder", folder);
 }
 
 std::filesystem::path own_folder() {

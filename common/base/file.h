@@ -1,4 +1,4 @@
-// Whole files: reading them, writing them atomically. Also the program's folder.
+// Functions that read whole files and write them atomically.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +12,8 @@ namespace lightmill {
 /// The whole file. Errors name the path. RESOURCE_EXHAUSTED if it is larger than `limit_bytes`.
 Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{4} << 30);
 
-/// Whether write_file_atomically can create its temporary file. It creates and removes one, and does not touch `path`.
-/// Errors of both name `path`.
+/// Whether write_file_atomically can create its temporary file. It creates one and removes it, and does not touch
+/// `path`. Errors of both functions name `path`.
 Status check_can_write(const std::filesystem::path& path);
 
 /// Like write_file_atomically, for a file that only its owner can read (mode 0600). ALREADY_EXISTS if the file exists
@@ -23,11 +23,15 @@ Status write_secret_file(const std::filesystem::path& path, ByteView bytes, bool
 /// Writes a temporary file beside `path`, flushes it to disk and renames it. Readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 
-/// Flushes the folder's entry of this file to disk, so that the name survives a power failure. Not every file system
-/// can do that.
-void sync_folder_of(const std::filesystem::path& path);
+/// Flushes a file's bytes to disk.
+Status sync_file(const std::filesystem::path& path);
 
-/// Gives an open file of root to its folder's owner, if this process may. Root may work in the folder of a service.
+/// Flushes the folder's entry of this file to disk, so that the name survives a power failure. OK where that is not
+/// possible: some file systems cannot flush folders, and this process may lack the right to read the folder.
+Status sync_folder_of(const std::filesystem::path& path);
+
+/// Makes the owner of the folder the owner of this open file, if root owns it. Otherwise a service could not use the
+/// files that root creates in its folder. Does nothing if this process lacks the right.
 void give_to_owner_of_folder(int file, const std::filesystem::path& path);
 
 /// The folder of the running program.

@@ -4,6 +4,8 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <unistd.h>
 
+#include <utility>
+
 template void fmt::detail::vformat_to<char>(buffer<char>&, string_view, basic_format_args<buffer_context<char>>,
                                             locale_ref);
 
@@ -59,13 +61,11 @@ class TraceFields final : public spdlog::custom_flag_formatter {
 
 }  // namespace
 
-LogTrace::LogTrace(const Hash128& trace, std::uint64_t span) {
-  current_trace = trace;
-  current_span = span;
-}
+LogTrace::LogTrace(const Hash128& trace, std::uint64_t span)
+    : outer_trace_(std::exchange(current_trace, trace)), outer_span_(std::exchange(current_span, span)) {}
 LogTrace::~LogTrace() {
-  current_trace = {};
-  current_span = 0;
+  current_trace = outer_trace_;
+  current_span = outer_span_;
 }
 
 Status start_logging(std::string_view program, std::string_view level, std::string_view format) {

@@ -9,8 +9,8 @@
 #include "common/base/digest.h"
 #include "common/base/status.h"
 
-// spdlog formats inline, which costs each file that logs more than two seconds to compile. log.cpp has the code
-// instead.
+// Every file that logs would compile spdlog's formatting, for more than two seconds. This code is compiled once, in
+// log.cpp.
 extern template void fmt::detail::vformat_to<char>(buffer<char>&, string_view, basic_format_args<buffer_context<char>>,
                                                    locale_ref);
 
@@ -21,13 +21,18 @@ namespace lightmill {
 Status start_logging(std::string_view program, std::string_view level, std::string_view format);
 
 /// Adds trace_id=…, and span_id=… if `span` is not 0, to the log lines of its thread while it lives. In JSON they are
-/// fields. They have 32 and 16 hexadecimal digits, as in OpenTelemetry. A trace of zeros adds nothing. Not nested.
+/// fields. They have 32 and 16 hexadecimal digits, as in OpenTelemetry. A trace of zeros adds nothing. Inside of
+/// another one, it replaces that while it lives.
 class LogTrace {
  public:
   explicit LogTrace(const Hash128& trace, std::uint64_t span = 0);
   ~LogTrace();
   LogTrace(const LogTrace&) = delete;
   LogTrace& operator=(const LogTrace&) = delete;
+
+ private:
+  const Hash128 outer_trace_;
+  const std::uint64_t outer_span_;
 };
 
 }  // namespace lightmill

@@ -54,7 +54,7 @@ std::uint64_t group_bytes(const fs::path& top, const fs::path& group, const char
   return least;
 }
 
-/// What the control groups of this process allow.
+/// The least memory limit of the control groups of this process, in bytes.
 std::uint64_t groups_bytes(const fs::path& root) {
   std::uint64_t least = kUnlimited;
   std::ifstream groups(root / "proc/self/cgroup");

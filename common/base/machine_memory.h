@@ -21,8 +21,8 @@ void stay_within_group_memory();
 /// memory.
 double share_of_memory_gib(double share, double most, const std::filesystem::path& root = "/");
 
-/// Raises the process's limit to the most that the system allows, and returns that. Each connection is a file. Shells
-/// often start programs with a limit of about a thousand.
+/// Raises the process's limit of open files to the most that the system allows, and returns that. Each connection takes
+/// one. Shells often start programs with a limit of about a thousand.
 std::uint64_t raise_file_limit();
 
 }  // namespace lightmill

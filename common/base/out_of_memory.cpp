@@ -20,19 +20,19 @@
 namespace lightmill {
 namespace {
 
-/// An abort or a null pointer with less memory left than this counts as out of memory. Libraries ask for as much at
-/// once.
+/// If less memory than this is left, an abort or a null pointer counts as out of memory. Libraries allocate blocks of
+/// about this size.
 constexpr rlim_t kNearlyAll = rlim_t{128} << 20;
 
 /// Address space for each heap of the C library. A heap reserves 64 MiB.
 constexpr rlim_t kPerHeap = rlim_t{1} << 30;
 
-/// Prepared while there is memory.
+/// The last message, prepared while there is memory.
 std::string last_words, last_output;
 int last_code = 1;
 std::atomic<bool> has_ended = false;
 
-/// What a failed allocation throws. Counts those that exist.
+/// The exception of a failed allocation. It counts its living objects.
 class FailedAllocation final : public std::bad_alloc {
  public:
   FailedAllocation() { ++alive_; }
@@ -67,7 +67,7 @@ std::string allowed_text() {
 
 /// Whether the uncaught exception means out of memory. Threads need memory for their stacks.
 bool wants_memory() {
-  // An exception is on its way that a noexcept function does not catch. GCC may not tell which one it is.
+  // An exception is leaving a noexcept function. GCC may not tell which exception it is.
   if (std::uncaught_exceptions() > 0 && FailedAllocation::alive() > 0) {
     return true;
   }
@@ -124,8 +124,8 @@ void exit_on_out_of_memory(std::string_view program, int exit_code, bool openjd)
   last_words = fmt::format("{}: {}\n", program, message);
   last_output = openjd ? openjd_fail(message) + "\n" : "";
   last_code = exit_code;
-  // Else heaps of a few threads would take the addresses that the stacks of other threads need. gRPC hangs if it cannot
-  // start a thread.
+  // Otherwise the heaps of a few threads take the addresses that the stacks of other threads need. gRPC hangs if it
+  // cannot start a thread.
   if (const rlim_t limit = limit_of(RLIMIT_AS); limit != RLIM_INFINITY) {
     ::mallopt(M_ARENA_MAX, static_cast<int>(std::clamp<rlim_t>(limit / kPerHeap, 1, 1'000)));
   }

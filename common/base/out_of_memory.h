@@ -11,10 +11,9 @@ namespace lightmill {
 Status out_of_memory(std::string_view what);
 
 /// From now on, a program that runs out of memory or threads ends with a message and this code. This covers exceptions
-/// that nothing catches or that leave a noexcept function, in any thread, and libraries that abort or crash where
-/// memory is nearly used up. Other aborts and crashes stay as they are. With little address space (ulimit -v), threads
-/// share heaps. Call it first in main.
-/// `openjd` sends the reason to the farm manager, too.
+/// that nothing catches or that leave a noexcept function, in any thread. It also covers libraries that abort or crash
+/// where memory is nearly used up. Other aborts and crashes are unchanged. With little address space (ulimit -v),
+/// threads share heaps. With `openjd`, the farm manager gets the reason, too. Call it first in main.
 void exit_on_out_of_memory(std::string_view program, int exit_code, bool openjd = false);
 
 }  // namespace lightmill

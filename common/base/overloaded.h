@@ -1,5 +1,10 @@
-// A visitor of variants with one lambda per alternative: std::visit(Overloaded{[](A) {}, [](B) {}}, value).
+// A visitor of variants with a lambda for each alternative, or for several. A new alternative does not compile before
+// one takes it.
+//
+//   std::visit(Overloaded{[](const A&) {}, [](const OneOf<B, C> auto&) {}}, value);
 #pragma once
+
+#include <concepts>
 
 namespace lightmill {
 
@@ -9,5 +14,8 @@ struct Overloaded : Handlers... {
 };
 template <class... Handlers>
 Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+template <class Type, class... Types>
+concept OneOf = (std::same_as<Type, Types> || ...);
 
 }  // namespace lightmill

@@ -1,7 +1,7 @@
 // Errors as values: `Status` and `Result<T>`, with gRPC's codes.
 //
-// What the outside can cause is returned as one of these. The message names the offending value and its place. What
-// only a bug can cause is an LM_CHECK (check.h).
+// Errors that the outside can cause are returned as one of these. The message names the offending value and its place.
+// Errors that only a bug can cause are LM_CHECKs (check.h).
 #pragma once
 
 #include <absl/status/status.h>

@@ -28,8 +28,8 @@ std::string utf8_text(std::string_view text);
 /// `text` as a JSON string, with its quotes. Bytes from 0x80 on are unchanged.
 std::string json_text(std::string_view text);
 
-/// A library's error text on one line, for the end of one of our messages: its lines are trimmed and joined by "; ". The
-/// result is printable, and cut.
+/// A library's error text on one line, for the end of one of our messages: its lines are trimmed and joined by "; ".
+/// The result is printable and has at most 400 bytes.
 std::string library_text(std::string_view text);
 
 /// `text` if it fits, else the whole characters of its first `most_bytes` and "…". UTF-8.

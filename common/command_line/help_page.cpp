@@ -86,8 +86,8 @@ void add_example(const Entry& example, int columns, std::string& page) {
   }
 }
 
-/// Consecutive indented lines. If one does not fit, all change: short commands become entries, and the meaning of long
-/// ones moves below them.
+/// Consecutive indented lines. If one does not fit, all change. They become entries if all commands are short.
+/// Otherwise each meaning moves below its command.
 void add_examples(const std::vector<std::string_view>& lines, int columns, std::string& page) {
   if (std::ranges::all_of(lines, [&](std::string_view line) { return columns_of(line) <= columns; })) {
     page += fmt::format("{}\n", fmt::join(lines, "\n"));

@@ -15,8 +15,8 @@ inline bool has_flag(int argc, char** argv, std::string_view flag) {
 }
 
 /// Makes all present options and positional arguments of `app` and its commands refuse empty values, before any other
-/// check. A shell makes `--store ""` of an unset variable. Empty environment variables count as not given, which is
-/// CLI11's own rule.
+/// check. In a shell, `--store "$STORE"` has an empty value if the variable is not set. Empty environment variables
+/// count as not given, which is CLI11's own rule.
 inline void refuse_empty_values(CLI::App& app) {
   for (CLI::Option* const option : app.get_options()) {
     if (option->get_items_expected_max() > 0) {

@@ -1,4 +1,4 @@
-// Inspection: a worker reads scene files and reports what they hold. Plain values.
+// Inspection of scene files by a worker, as plain values: the request, and the report on their contents.
 #pragma once
 
 #include <string>
@@ -27,7 +27,7 @@ struct Inspection {
   };
   struct Verdict {
     std::string method;
-    bool admitted = false;  ///< it finds all light
+    bool admitted = false;  ///< the method finds all light of the scene
     std::string reason;
   };
   std::string scene;           ///< packed, ready for RenderSettings

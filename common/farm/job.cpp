@@ -29,6 +29,12 @@ class FieldHasher {
 
 }  // namespace
 
+std::string_view name_of(JobState state) {
+  constexpr std::array<std::string_view, kJobStates.size()> kNames{"queued", "running", "paused",
+                                                                   "done",   "failed",  "cancelled"};
+  return kNames.at(static_cast<std::size_t>(state));
+}
+
 Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class) {
   FieldHasher hasher;
   hasher.text("lightmill render digest 1");

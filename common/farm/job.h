@@ -1,8 +1,10 @@
-// A job as plain values: clients submit it, the coordinator keeps it, and everybody can see it.
+// A render job as plain values: its settings, goal and status.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -34,14 +36,14 @@ inline TileGrid grid_of(const RenderSettings& settings) {
   return TileGrid(settings.crop, settings.meters);
 }
 
-/// Raised whenever any sample's bits, or the names of fingerprint classes, change.
+/// Version of the samples' bits. It is raised whenever any sample's bits, or the names of fingerprint classes, change.
 inline constexpr const char* kRendererVersion = "lightmill-core-15";
 
 /// The class of a job whose samples workers of any class may render. No worker has it.
 inline constexpr const char* kMixedClass = "mixed";
 
-/// The render digest: SHA-256 of `settings` and the class. It covers everything that decides a sample. The exception is
-/// the workers' rounding if the class is kMixedClass.
+/// The render digest: SHA-256 of `settings` and the class. It covers everything that decides a sample, except the
+/// workers' rounding if the class is kMixedClass.
 Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class);
 
 /// About 30 years, far below the range of the clock's 64-bit nanoseconds.
@@ -62,17 +64,22 @@ enum class GoalLimit { none, samples, seconds, error };
 
 enum class JobState { queued, running, paused, done, failed, cancelled };
 
+inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobState::paused,
+                                       JobState::done,   JobState::failed,  JobState::cancelled};
+/// "queued", "running", …
+std::string_view name_of(JobState state);
+
 inline bool has_ended(JobState state) {
   return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
 }
 
-/// Why a job has its method, and what to know about it. Not part of the render digest.
+/// Reasons for the choice of a job's method, and notices about it. Not part of the render digest.
 struct MethodNotes {
   bool chosen = false;               ///< the client asked for `auto`; else by name
   std::vector<std::string> reasons;  ///< why it was chosen
   std::vector<std::string> notices;  ///< light of the scene that the picture lacks
-  /// Methods from which a pilot still has to choose. The only one, if the pilot only decides where samples go. Empty
-  /// once that is known. Until then the settings name `auto`, or the only one.
+  /// Methods from which a pilot still has to choose. There is only one if the pilot just allocates samples. Empty after
+  /// the pilot. Until then the settings name `auto`, or the only method.
   std::vector<std::string> candidates;
   friend bool operator==(const MethodNotes&, const MethodNotes&) = default;
 };
@@ -81,17 +88,17 @@ struct MethodNotes {
 bool may_gather(const RenderSettings& settings, const MethodNotes& notes);
 
 /// The default share of results that are audited: another identity renders them again.
-inline constexpr double kVerifyShare = 0.01;
+inline constexpr double kAuditShare = 0.01;
 
 /// A job as a client submits it. Only goal and priority change later.
 struct JobSpec {
   std::string request_id;  ///< two submissions with one id are one job
   std::string name;
-  std::string owner;                   ///< user name as the client gives it
-  std::string host;                    ///< host of the client
-  JobId parent;                        ///< 0: none
-  std::int32_t priority = 0;           ///< higher goes first
-  double verify_share = kVerifyShare;  ///< share of audited results, 0 to 1
+  std::string owner;                 ///< user name as the client gives it
+  std::string host;                  ///< host of the client
+  JobId parent;                      ///< 0: none
+  std::int32_t priority = 0;         ///< higher goes first
+  double audit_share = kAuditShare;  ///< share of audited results, 0 to 1
   /// Workers of any class may render it. If their rounding differs, the bits cannot be reproduced.
   bool allow_mixed = false;
   bool ends_with_page = false;  ///< it is deleted once the page that submitted it has gone; never true over gRPC
@@ -99,14 +106,14 @@ struct JobSpec {
   RenderSettings settings;
 };
 
-/// Counters that show tests and people whether anything was rendered needlessly.
+/// Counters of a job's results and leases. They show whether anything was rendered needlessly.
 struct JobCounters {
   std::uint64_t results_merged = 0;     ///< nodes that entered the film
   std::uint64_t results_duplicate = 0;  ///< nodes that were already covered, and were dropped
   std::uint64_t leases_lost = 0;        ///< leases that expired or whose worker left
   std::uint64_t copies_leased = 0;      ///< tiles leased a second time near the end
   std::uint64_t non_finite = 0;         ///< samples that counted as zero
-  std::uint64_t results_verified = 0;   ///< audited results with the same bits
+  std::uint64_t results_audited = 0;    ///< results whose audit gave the same bits
   std::uint64_t nodes_dropped = 0;      ///< nodes dropped from the film, because a worker with a part in them was wrong
 };
 
@@ -128,21 +135,14 @@ struct ErrorPoint {
 /// The current state of a job.
 struct JobStatus {
   JobId id;
-  std::string name, owner, host, method;
+  JobSpec spec;                   ///< with the current goal, priority and method; without scene and assets
   std::string fingerprint_class;  ///< empty until fixed; kMixedClass if all classes are allowed
   MethodNotes method_notes;
-  JobId parent;
   JobState state = JobState::queued;
   std::string reason;                   ///< why it failed, which limit ended it, or what it waits for
   GoalLimit reached = GoalLimit::none;  ///< only for a done job
-  std::int32_t priority = 0;
-  Goal goal;
-  int width = 0, height = 0;
-  PixelRect crop;
-  std::vector<std::string> layers;  ///< besides beauty, in film order
-  std::uint64_t seed = 0;
-  std::uint64_t samples_done = 0;                            ///< pixel samples merged
-  std::uint64_t samples_wanted = 0;                          ///< pixel samples at the sample goal; 0 without one
+  std::uint64_t samples_done = 0;       ///< pixel samples merged
+  std::uint64_t samples_wanted = 0;     ///< pixel samples at the sample goal; 0 without one
   std::uint64_t min_tile_samples = 0, max_tile_samples = 0;  ///< per pixel
   std::uint64_t frame_samples = 0;                           ///< per pixel: every tile has its share of this many
   double active_seconds = 0;                                 ///< time in which it was rendered
@@ -153,14 +153,11 @@ struct JobStatus {
   /// Ascending: at about 2^k and 3·2^k samples per pixel, once every tile has 16, and at the end.
   std::vector<ErrorPoint> history;
   JobCounters counters;
-  double verify_share = 0;
-  bool allow_mixed = false;
-  bool one_identity = false;             ///< results wait for an audit, but no other identity or machine is connected
-  std::uint64_t results_unverified = 0;  ///< results that still wait for an audit, or, at the end, could not have one
-  std::uint64_t audits_lost = 0;         ///< of these, results whose audit an identity lost again and again
+  bool one_identity = false;            ///< results wait for an audit, but no other identity or machine is connected
+  std::uint64_t results_unaudited = 0;  ///< results that still wait for an audit, or, at the end, could not have one
+  std::uint64_t audits_lost = 0;        ///< of these, results whose audit an identity lost repeatedly
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed
-  Hash128 trace;                                             ///< trace_id of its request
 };
 
 /// The id of a job in the logs of all programs. It is the request id if that has 32 hexadecimal digits, as those of our

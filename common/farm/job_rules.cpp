@@ -23,13 +23,17 @@ Status check_method(std::string_view text, const RenderSettings& settings) {
   return ok_status();
 }
 
+}  // namespace
+
+Status check_request_id(std::string_view id) {
+  return id.empty() ? invalid_argument("request_id: must not be empty") : ok_status();
+}
+
 Status check_goal_seconds(double seconds) {
   return seconds > 0 && seconds <= kMaxGoalSeconds
              ? ok_status()
              : invalid_argument("must be more than 0 and at most {}, got {}", kMaxGoalSeconds, seconds);
 }
-
-}  // namespace
 
 Status check_goal_error(double error) {
   return error >= kLeastGoalError && std::isfinite(error)
@@ -62,12 +66,12 @@ Status check_goal(const Goal& goal, const PixelRect& crop) {
   return ok_status();
 }
 
-Status check_verify_share(double share) {
+Status check_audit_share(double share) {
   return share >= 0 && share <= 1 ? ok_status() : invalid_argument("verify_share: must be from 0 to 1, got {}", share);
 }
 
 Status check_crop(int width, int height, const PixelRect& crop) {
-  if (width < 1 || width > kMaxFilmSide || height < 1 || height > kMaxFilmSide) {
+  if (!is_film_side(width) || !is_film_side(height)) {
     return invalid_argument("settings: width and height must be 1 to {}, got {}x{}", kMaxFilmSide, width, height);
   }
   const bool fits = crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0 && crop.width <= width - crop.x &&
@@ -96,7 +100,7 @@ Status check_spec(const JobSpec& spec, std::span<const std::string> candidates) 
   LM_RETURN_IF_ERROR(check_name("host", spec.host));
   LM_RETURN_IF_ERROR(check_name("settings.renderer_version", settings.renderer_version));
   LM_RETURN_IF_ERROR(check_goal(spec.goal, settings.crop));
-  LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share));
+  LM_RETURN_IF_ERROR(check_audit_share(spec.audit_share));
   LM_RETURN_IF_ERROR(check_film(settings));
   for (const std::string& method : candidates) {
     LM_RETURN_IF_ERROR(check_method(method, settings));

@@ -1,8 +1,9 @@
-// All rules for job specifications. Code that accepts a job, or reads a stored one, calls these.
+// Rules for job specifications. All code that accepts a job, or reads a stored one, applies them.
 #pragma once
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "common/base/status.h"
 #include "common/farm/job.h"
@@ -12,6 +13,8 @@ namespace lightmill {
 // Every check returns INVALID_ARGUMENT. Checks of a single number say what it must be, and the caller names it. The
 // others name the field.
 
+Status check_request_id(std::string_view id);
+Status check_goal_seconds(double seconds);
 Status check_goal_error(double error);
 
 /// The most samples per pixel of a frame, so that no tile has more than kMaxSamples.
@@ -20,7 +23,7 @@ std::uint64_t most_samples(const Goal& goal);
 Status check_goal(const Goal& goal);
 /// Also checks whether a job on `crop` can end by the goal.
 Status check_goal(const Goal& goal, const PixelRect& crop);
-Status check_verify_share(double share);
+Status check_audit_share(double share);
 
 /// Checks the film's size, and that the crop is inside.
 Status check_crop(int width, int height, const PixelRect& crop);

@@ -14,4 +14,16 @@ CoordinatorMessage& CoordinatorMessage::operator=(const CoordinatorMessage& othe
 CoordinatorMessage& CoordinatorMessage::operator=(CoordinatorMessage&& other) noexcept = default;
 CoordinatorMessage::~CoordinatorMessage() = default;
 
+std::string describe(JobId job, const SampleRange& range) {
+  return fmt::format("job {}, samples [{}, {})", job.value, range.first(), range.end());
+}
+
+std::string describe(const NodeKey& key) {
+  return fmt::format("{}, tile {}", describe(key.job, key.range), key.tile.value);
+}
+
+bool has_its_hash(const WorkerResult& result) {
+  return hash_of(result.node) == result.hash;
+}
+
 }  // namespace lightmill

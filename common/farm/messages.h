@@ -36,6 +36,11 @@ struct NodeKey {
   friend auto operator<=>(const NodeKey&, const NodeKey&) = default;
 };
 
+/// "job 1, samples [0, 16)".
+std::string describe(JobId job, const SampleRange& range);
+/// "job 1, samples [0, 16), tile 3".
+std::string describe(const NodeKey& key);
+
 struct HeldLease {
   LeaseId lease;
   std::uint64_t epoch = 0;
@@ -90,7 +95,12 @@ struct WorkerResult {
   double seconds = 0;    ///< thread time
   Hash128 trace = {};    ///< of its lease
   Sha256 tag = {};       ///< tag of its tile in the grant
+  /// The node does not have the hash. The stream that receives the result finds this, because it takes long. Not sent.
+  bool damaged = false;
 };
+
+/// Whether the node has the result's hash.
+bool has_its_hash(const WorkerResult& result);
 
 /// The worker returns the tiles of a lease for which it has sent no result, because it drains or does not know the job.
 /// It sends the results that it has rendered first.
@@ -160,8 +170,8 @@ struct LeaseGrant {
   std::vector<Sha256> tags = {};
 };
 
-/// A request for a pilot: find out which of these methods is cheapest for the job, and where its samples go. It ends
-/// with the stream. Then the pilot is granted again, and has the same result.
+/// A request for a pilot: the worker finds the cheapest of these methods for the job, and may allocate its samples. It
+/// ends with the stream. Then the pilot is granted again, and has the same result.
 struct PilotGrant {
   LeaseId lease;
   JobId job;

@@ -37,8 +37,8 @@ std::vector<Step> steps_of(std::span<const TileNoise> tiles, int most) {
   return steps;
 }
 
-/// All tiles start with the least shift. The best steps are taken while samples are left, which are one per pixel on
-/// average. Fewer are used only if no further step fits.
+/// All tiles start with the least shift. The budget is one sample per pixel on average. The best steps are taken while
+/// they fit into it.
 std::vector<std::int8_t> one_on_average(std::span<const TileNoise> tiles, int most) {
   std::vector<std::int8_t> shifts(tiles.size(), Allocation::kLeastShift);
   double left = 0;  // in pixel samples; exact, as multiples of 2^kLeastShift

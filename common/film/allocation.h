@@ -52,7 +52,7 @@ class Allocation {
   int least_shift_ = 0;
 };
 
-/// What the pilot measured of a tile.
+/// The pilot's measurements of a tile.
 struct TileNoise {
   double pixels = 0;
   double variance = 0;  ///< relative variance of one sample: mean over pixels and channels of var/(r² + 0.01)

@@ -279,8 +279,8 @@ FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
     // moment of (a − b)/2. For normal noise the two are independent, so the variance is doubled. For noise with heavy
     // tails this is too much, because both are large together.
     //
-    // The variance itself is estimated from pairs of blocks. Each gives one degree of freedom. Only degrees with noise count
-    // (Satterthwaite 1946). The factor 3 is from E[v²] = 3σ⁴ for one degree.
+    // The variance itself is estimated from pairs of blocks. Each gives one degree of freedom. Only degrees with noise
+    // count (Satterthwaite 1946). The factor 3 is from E[v²] = 3σ⁴ for one degree.
     const double freedom =
         total.variance_squares > 0 ? 3 * total.variance * total.variance / total.variance_squares : 1;
     const double noise = student_quantile(std::max(freedom, 2.0)) * std::sqrt(2 * total.variance);

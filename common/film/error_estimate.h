@@ -8,7 +8,7 @@
 // estimates the square of this difference without bias. A factor converts it to the square of the gathers' own bias,
 // which is a part of (x − r)².
 //
-// r² is estimated from the pixel and its neighbours, so that neither rare bright samples nor edges of bright things
+// r² is estimated from the pixel and its neighbours, because rare bright samples and edges of bright things would
 // mislead (see error_estimate.cpp). tests/bench/coverage_bench measures how well this holds.
 #pragma once
 
@@ -31,7 +31,7 @@ struct FrameError {
 /// A tile's part of the estimate.
 struct TileError {
   double sum = 0;  ///< of var/(r² + 0.01) over pixels and channels
-  /// Of `sum`, from differences of neighbouring blocks of 8×8 pixels. An upper bound for one pixel.
+  /// Variance of `sum`, from differences of neighbouring blocks of 8×8 pixels. An upper bound for one pixel.
   double variance = 0;
   double variance_squares = 0;  ///< sum of squares of the contributions of block pairs
   double terms = 0;             ///< pixels × channels

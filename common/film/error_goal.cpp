@@ -17,8 +17,8 @@ std::uint64_t next_error_count(std::uint64_t samples, std::uint64_t first) {
 
 std::uint64_t expected_error_count(const FrameError& error, double samples, double goal, std::uint64_t first) {
   const double most = 2 * static_cast<double>(kMaxSamples);
-  const double wanted = std::clamp(samples * (error.rel_mse + error.half_width) / goal, 0.0, most);
-  return next_error_count(static_cast<std::uint64_t>(std::ceil(wanted)), first);
+  const double wanted = samples * (error.rel_mse + error.half_width) / goal;
+  return next_error_count(static_cast<std::uint64_t>(wanted < most ? std::ceil(std::max(wanted, 0.0)) : most), first);
 }
 
 }  // namespace lightmill

@@ -11,9 +11,9 @@ namespace lightmill {
 
 /// A whole film (its crop) as planes: the mean of each half's samples, and the number of samples per pixel.
 ///
-/// `mean_a[channel * pixels + pixel]`, with the crop's pixels row by row. An empty half has mean 0, else the mean is the
-/// float32 quotient of sum and count. An EXR of the film stores the same values, so its hash can be computed from the
-/// file.
+/// `mean_a[channel * pixels + pixel]`, with the crop's pixels row by row. An empty half has mean 0, else the mean is
+/// the float32 quotient of sum and count. An EXR of the film stores the same values, so its hash can be computed from
+/// the file.
 struct FilmPlanesView {
   std::span<const float> mean_a, mean_b;  ///< of beauty
   std::span<const std::uint32_t> counts;  ///< samples of both halves, by pixel

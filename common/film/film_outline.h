@@ -52,15 +52,12 @@ class FilmOutline {
   std::uint64_t version() const { return version_; }  ///< increases with every merge
 
   // Over all tiles; O(1).
-  std::uint64_t min_samples() const {
-    return tiles_by_samples_.begin()->first;
-  }  ///< per pixel, of the tile with the
-     ///< fewest
-  std::uint64_t max_samples() const {
-    return tiles_by_samples_.rbegin()->first;
-  }                                                               ///< per pixel, of the tile with the
-                                                                  ///< most
-  std::uint64_t pixel_samples() const { return pixel_samples_; }  ///< sum over pixels
+  /// Per pixel, of the tile with the fewest.
+  std::uint64_t min_samples() const { return tiles_by_samples_.begin()->first; }
+  /// Per pixel, of the tile with the most.
+  std::uint64_t max_samples() const { return tiles_by_samples_.rbegin()->first; }
+  /// Sum over the pixels.
+  std::uint64_t pixel_samples() const { return pixel_samples_; }
   /// The largest frame count whose share (Allocation) every tile has. O(1).
   std::uint64_t frame_samples() const { return tiles_by_frame_samples_.begin()->first; }
   /// Mean pixel samples per sample of the frame, if no tile's share is rounded.

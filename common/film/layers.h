@@ -1,9 +1,10 @@
 // Layers of a film: those that a job can have besides beauty, and the layout of their values in a node.
 //
 // Summed layers merge like beauty. The others come only from samples 0 to 15 of a pixel:
-//   normal  mean of the visible shading normals. features: moments per half (methods/film_channels.h)
-//   depth   smallest visible depth
-//   id      the object of each sample
+//   normal    mean of the visible shading normals
+//   features  moments per half (methods/film_channels.h)
+//   depth     smallest visible depth
+//   id        the object of each sample
 #pragma once
 
 #include <algorithm>
@@ -55,7 +56,7 @@ std::string_view light_group_of(std::string_view layer);
 /// Letters, digits, '-' and '_', at most kMaxLightGroupName of them. "rest" is reserved.
 bool is_light_group_name(std::string_view name);
 
-/// The film's layers for these names, in the only order of films: beauty, direct, indirect, caustic, bias, albedo,
+/// The film's layers for these names, in the order of every film: beauty, direct, indirect, caustic, bias, albedo,
 /// light groups as given and the rest of the light, normal, features, depth, id. INVALID_ARGUMENT for an unknown or
 /// repeated name, or too many groups.
 Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
@@ -63,9 +64,9 @@ Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 /// INVALID_ARGUMENT unless film_layers can return this list.
 Status check_layers(const std::vector<LayerSpec>& layers);
 
-/// INVALID_ARGUMENT for a layer that the method does not fill. `caustic` fills all layers. `path`, `vcm` and what
-/// `auto` chooses fill all but `caustic`. `bias` is zero for a method without bias. The other methods fill the layers
-/// that show surfaces, and `ppm` also `bias`.
+/// INVALID_ARGUMENT for a layer that the method does not fill. `caustic` fills all layers. `path`, `vcm` and `auto`
+/// fill all but `caustic`. `bias` is zero for a method without bias. The other methods fill the layers that show
+/// surfaces, and `ppm` also `bias`.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
 /// All layers that the method fills, with those of these light groups.

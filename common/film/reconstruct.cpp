@@ -174,7 +174,7 @@ class BlockFilter {
           constexpr float kPatchPixels = (2 * kPatch + 1) * (2 * kPatch + 1);
           const F8 similar = exp(min(F8(0.0f) - sum * F8(1 / kPatchPixels), F8(0.0f)));
           const F8 at = F8::load(known + 2 * static_cast<std::size_t>(row) * places.stride + column);
-          // The weights of a half are what the other half says.
+          // One half's weights come from the other half, so that noise does not choose them.
           masked(similar >= F8(kLeastWeight), similar * at).store(weight(1 - half, offset, row, column));
         }
       }

@@ -9,7 +9,11 @@ namespace lightmill {
 
 inline constexpr int kTileSize = 64;        ///< pixels on a side
 inline constexpr int kMaxFilmSide = 65536;  ///< pixels
-inline constexpr int kMeterRow = 131072;    ///< row of the first meter's tile, below every film
+/// Whether a film may be so wide or high.
+constexpr bool is_film_side(int pixels) {
+  return pixels >= 1 && pixels <= kMaxFilmSide;
+}
+inline constexpr int kMeterRow = 131072;  ///< row of the first meter's tile, below every film
 inline constexpr std::uint32_t kMaxMeters = 256;
 
 /// A rectangle of the full film's pixels. x points right, y down, and (0,0) is the upper left pixel.

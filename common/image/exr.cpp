@@ -31,9 +31,9 @@ constexpr int kMaxExrSide = 65536;  // pixels
 constexpr int kChunkLines = 16;     // of ZIP compression
 /// Attributes that OpenEXR writes itself, with values that our pictures always have.
 constexpr std::array kOwnAttributes{"pixelAspectRatio", "screenWindowWidth"};
-constexpr std::uint64_t kPlausibleValues = std::uint64_t{1}
-                                           << 22;  // decoded without a check that the file can hold them
-constexpr std::uint64_t kMaxCompression = 16384;   // deflate's limit is 1032; wavelets of a black frame exceed it
+/// So many values are decoded without a check that the file can hold them.
+constexpr std::uint64_t kPlausibleValues = std::uint64_t{1} << 22;
+constexpr std::uint64_t kMaxCompression = 16384;  // deflate's limit is 1032; wavelets of a black frame exceed it
 
 class MemoryOutput final : public Imf::OStream {
  public:
@@ -173,17 +173,6 @@ Result<Image> read_image(ByteView bytes) {
   return image;
 }
 
-/// A little-endian number at `at`; empty if the bytes end before it.
-template <class Number>
-std::optional<Number> number_at(ByteView bytes, std::size_t at) {
-  Number number{};
-  if (at > bytes.size() || bytes.size() - at < sizeof(number)) {
-    return std::nullopt;
-  }
-  std::memcpy(&number, bytes.data() + at, sizeof(number));
-  return number;
-}
-
 }  // namespace
 
 Result<std::string> encode_exr(const Image& image) {
@@ -243,7 +232,8 @@ Status check_exr_form(ByteView bytes, Image image) {
   LM_ASSIGN_OR_RETURN(const std::string expected, encode_exr(image));
   LM_ASSIGN_OR_RETURN(const std::size_t table, exr_header_end(as_byte_view(expected)));
   if (bytes.size() < table || std::memcmp(bytes.data(), expected.data(), table) != 0) {
-    return data_loss("its header is not as Lightmill writes it: chromaticities, pixel aspect or others are changed");
+    return data_loss(
+        "its header is not as Lightmill writes it: chromaticities, pixel aspect or other attributes were changed");
   }
   const auto chunks = static_cast<std::size_t>((image.data.height + kChunkLines - 1) / kChunkLines);
   std::uint64_t at = table + sizeof(std::uint64_t) * chunks;
@@ -274,7 +264,7 @@ bool is_exr(ByteView bytes) {
 Result<std::size_t> exr_header_end(ByteView bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (text.size() < kFirstAttribute || !is_exr(bytes)) {
-    return invalid_argument("not a readable EXR file: it does not begin like one");
+    return invalid_argument("not a readable EXR file: its first bytes are not those of EXR");
   }
   const bool several_parts = (static_cast<unsigned char>(text[5]) & 0x10) != 0;
   std::size_t at = kFirstAttribute;

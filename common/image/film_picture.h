@@ -1,9 +1,13 @@
 // Picture of a film with its receipt, and its form as an EXR file.
 //
-// Channels: `R G B` (mean of all samples), `A.R A.G A.B` and `B.R B.G B.B` (means of the two independent halves),
-// `StdErr.R StdErr.G StdErr.B` (standard error of the mean, smoothed), `samples`, `A.samples` and `B.samples` (per
-// pixel), those of other layers (picture_layers.h), and `Denoised.R/G/B` if the picture was reconstructed. All are float32 or uint32, with lossless compression. The
-// receipt is in attributes named `lightmill.*`.
+// Channels, all float32 or uint32 with lossless compression:
+//   R, G, B                           mean of all samples
+//   A.R … A.B, B.R … B.B              means of the two independent halves
+//   StdErr.R … StdErr.B               standard error of the mean, smoothed
+//   samples, A.samples, B.samples     per pixel
+//   channels of other layers          picture_layers.h
+//   Denoised.R … Denoised.B           if the picture was reconstructed
+// The receipt is in attributes named `lightmill.*`.
 #pragma once
 
 #include <cstdint>
@@ -67,8 +71,8 @@ inline constexpr int kErrorSmoothingRadius = 4;
 
 /// The standard error of every beauty value, planar. For means a, b of n_a, n_b independent samples, (a−b)² n_a n_b /
 /// n² is an unbiased estimate of the variance of their common mean ((a−b)²/4 for equal halves). It has one degree of
-/// freedom, so it is averaged over the (2r+1)² pixels around, as far as they lie in the window and have both halves.
-/// Zero if none has.
+/// freedom, so it is averaged over the (2r+1)² pixels around. Only pixels in the window with both halves count. Zero if
+/// there are none.
 std::vector<float> smoothed_standard_error(const FilmPicture& picture);
 
 /// EXR attribute with the file's file_checksum.

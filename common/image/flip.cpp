@@ -148,7 +148,7 @@ std::pair<std::vector<double>, double> gaussian(int radius, double sigma) {
   return {weights, std::accumulate(weights.begin(), weights.end(), 0.0)};
 }
 
-/// Blurs by the eye's contrast sensitivity: a₁√(π/b₁) exp(−π²x²/b₁) + the same with a₂ and b₂, in two dimensions,
+/// Blurs by the observer's contrast sensitivity: a₁√(π/b₁) exp(−π²x²/b₁) + the same with a₂ and b₂, in two dimensions,
 /// normalised. Each term is separable in x and y.
 Plane as_seen(const Plane& in, Size size, const Sensitivity& eye, double pixels_per_degree) {
   const double pi = M_PI;
@@ -206,7 +206,7 @@ Features features_of(const Plane& luma, Size size, double pixels_per_degree) {
 
 // ---- the two pipelines ----
 
-/// A picture as the eye sees it.
+/// A picture as the observer sees it.
 struct Seen {
   std::array<Plane, 3> hunt_lab;
   Features features;

@@ -5,8 +5,8 @@
 
 namespace lightmill {
 
-/// What a header says of the pixels' meaning, and no reader of scenes applies: glTF demands this, and other formats have
-/// no rule. Pixels count as they are stored, and integers as sRGB, unless the scene says otherwise.
+/// Properties in a header that change the meaning of pixels, and that readers of scenes ignore. glTF demands this, and
+/// other formats have no rule. Pixels count as they are stored, and integers as sRGB, unless the scene says otherwise.
 struct IgnoredProperties {
   bool orientation = false;  ///< of Exif, other than upright
   bool gamma = false;        ///< other than that of sRGB

@@ -4,8 +4,8 @@
 //   caustic, bias             Caustic.R/G/B, Bias.R/G/B: the same
 //   light:NAME                Light.NAME.R/G/B: the same
 //   normal                    N.X/Y/Z: mean over samples 0 to 15, in the scene's frame; 0 where nothing is hit
-//   features                  Features.A.Albedo.R …: sums over the samples of one half among samples 0 to 15, divided by
-//                             the number of samples of both halves
+//   features                  Features.A.Albedo.R …: sums over the samples of one half among samples 0 to 15, divided
+//                             by the number of samples of both halves
 //   depth                     Z: the smallest of samples 0 to 15; kNoDepth where nothing is hit
 //   id                        CryptoObject00.R … and CryptoMaterial00.R …: Cryptomatte over samples 0 to 15
 #pragma once
@@ -43,7 +43,7 @@ PictureLayer make_picture_layer(const std::string& name, std::size_t pixels);
 /// object.
 class PictureIds {
  public:
-  /// Whose name identifies a thing.
+  /// The kind of thing that a name identifies.
   enum Kind : std::size_t { kObject, kMaterial };
 
   PictureIds() = default;
@@ -64,8 +64,8 @@ class PictureIds {
 };
 
 /// Stores a tile in the layers of samples 0 to 15. `values` has, for `samples` samples of the tile's pixels, `[normal
-/// channel][pixel]`, `[features channel][pixel]`, `[depth channel][pixel]`, `[sample][id][pixel]`, each if `layers` has this layer. Returns false
-/// and does nothing if the number of values is wrong, or there are more samples.
+/// channel][pixel]`, `[features channel][pixel]`, `[depth channel][pixel]`, `[sample][id][pixel]`, each if `layers` has
+/// this layer. Returns false and does nothing if the number of values is wrong, or there are more samples.
 bool place_first_samples(std::vector<PictureLayer>& layers, const ImageWindow& data, const ImageWindow& rect,
                          std::uint32_t samples, std::span<const float> values, PictureIds& ids);
 

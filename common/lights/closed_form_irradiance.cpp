@@ -24,8 +24,8 @@ double sphere_irradiance(const Vec3d& to_center, double radius, const Vec3d& n) 
 
 double polygon_irradiance(std::span<const Vec3d> corners, const Vec3d& n) {
   LM_CHECK(corners.size() <= kMostPolygonCorners);
-  // The part above the horizon has one corner more. There is room for more, because rounding can make a polygon in the
-  // horizon cross it often.
+  // The part above the horizon has one corner more. There is room for many more: through rounding, a polygon in the
+  // horizon can cross it often.
   std::array<Vec3d, 2 * kMostPolygonCorners> above;
   std::size_t number = 0;
   for (std::size_t k = 0; k < corners.size(); ++k) {

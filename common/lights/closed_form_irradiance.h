@@ -7,15 +7,16 @@
 
 namespace lightmill {
 
-/// Irradiance over radiance on a surface with unit normal n, from an even sphere whose centre is at `to_center`, without
-/// occlusion. It holds also where the sphere cuts the horizon (Snyder, "Area light sources for real-time graphics",
-/// 1996). The surface must be outside.
+/// Irradiance over radiance on a surface with unit normal n, from a sphere of uniform radiance with its centre at
+/// `to_center`, without occlusion. It holds also where the sphere cuts the horizon (Snyder, "Area light sources for
+/// real-time graphics", 1996). The surface must be outside.
 double sphere_irradiance(const Vec3d& to_center, double radius, const Vec3d& n);
 
 inline constexpr std::size_t kMostPolygonCorners = 64;
 
-/// Irradiance over radiance on a surface with unit normal n, from the part of an even convex polygon above it, without
-/// occlusion (Lambert's formula). Corners are relative to the surface's point. Both sides of the polygon shine.
+/// Irradiance over radiance on a surface with unit normal n, from the part above it of a convex polygon of uniform
+/// radiance, without occlusion (Lambert's formula). Corners are relative to the surface's point. Both sides of the
+/// polygon emit.
 double polygon_irradiance(std::span<const Vec3d> corners, const Vec3d& n);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Disks, ellipses and rectangles that shine on one side.
+// Disk, ellipse and rectangle lights, which emit on one side.
 #pragma once
 
 #include "common/lights/light_sample.h"
@@ -8,14 +8,14 @@ namespace lightmill {
 
 struct DiskEmitter {
   Vec3 center;
-  Vec3 half_axis1, half_axis2;  ///< from the centre to the edge, perpendicular; shines to the side of 1 × 2
+  Vec3 half_axis1, half_axis2;  ///< perpendicular; emits to the side of half_axis1 × half_axis2
   Vec3 radiance;                ///< W/(m² sr) along the normal
   double spread = kPiDouble;    ///< opening of the cone of light, in radians; the radiance falls off to its rim
-  bool rectangular = false;     ///< reaches to the corners ±1 ± 2
+  bool rectangular = false;     ///< a rectangle with the corners center ± half_axis1 ± half_axis2
 };
 
-/// At θ to the normal, the radiance is 1 − tan θ / tan(spread/2) of that along the normal, or 0. This is the share of
-/// light that a grid of slats lets pass. Sampled uniformly by area.
+/// At θ to the normal, the radiance is max(1 − tan θ / tan(spread/2), 0) times that along the normal. This is the share
+/// of light that a grid of slats lets pass. Sampled uniformly by area.
 class DiskLights {
  public:
   void add(const DiskEmitter& disk);
@@ -36,13 +36,13 @@ class DiskLights {
     M8 hit;
     F8 distance, cosine;
   };
-  /// Where rays with unit directions meet the side that shines.
+  /// Where rays with unit directions meet the emitting side.
   Entry8 meet(const V8& origin, const V8& direction, U8 index, M8 lanes) const;
   /// Density per solid angle of a point of `sample`, met by a ray of this length.
   F8 pdf_solid_angle(U8 index, F8 distance, F8 cos_light, M8 lanes) const;
 
-  /// Irradiance on a surface at p with unit normal n, without occlusion. A round edge counts as a polygon of equal area,
-  /// which is accurate to 1e-3. The spread must be π.
+  /// Irradiance on a surface at p with unit normal n, without occlusion. A round edge counts as a polygon of equal
+  /// area, which is accurate to 1e-3. The spread must be π.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:

@@ -18,7 +18,7 @@ void FacetSums::add(const EmissiveFacet& facet, bool closed) {
     exponent_ = facet.exponent;
     two_sided_ = facet.two_sided;
   }
-  // The fourth corner of a parallelogram. Of a triangle, a corner again.
+  // The last point is the fourth corner of a parallelogram. For a triangle it repeats a corner.
   for (const Vec3d& p :
        {corner, corner + edge1, corner + edge2, facet.parallelogram ? corner + edge1 + edge2 : corner}) {
     low_ = glm::min(low_, p);

@@ -8,10 +8,10 @@ namespace lightmill {
 
 struct IesEmitter {
   Vec3 position;
-  Vec3 direction;    ///< unit, the direction of vertical angle 0
-  Vec3 reference;    ///< unit, perpendicular to the direction, towards horizontal angle 0; angle 90 is −direction ×
-                     ///< reference
-  Vec3 per_candela;  ///< W/sr per candela of the profile
+  Vec3 direction;  ///< unit, the direction of vertical angle 0
+  /// Unit, perpendicular to the direction, towards horizontal angle 0. Angle 90 is −direction × reference.
+  Vec3 reference;
+  Vec3 per_candela;         ///< W/sr per candela of the profile
   std::size_t profile = 0;  ///< as add_profile returned it
 };
 

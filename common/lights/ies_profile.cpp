@@ -37,7 +37,7 @@ class IesText {
     }
     std::string_view token = rest_.substr(0, length);
     if (token.empty()) {
-      return error("{} is expected, the file ends", what);
+      return error("{} is expected, but the file ends", what);
     }
     const std::string_view shown = token;
     if (token.front() == '+') {
@@ -139,7 +139,7 @@ std::vector<double> row_of(const IesProfile& profile, std::size_t i) {
   return {begin, begin + static_cast<std::ptrdiff_t>(n)};
 }
 
-/// Expands [90°, 270°] to the full circle. The plane 90°–270° is a plane of symmetry: 180° − x is as x.
+/// Expands [90°, 270°] to the full circle. The plane 90°–270° is a plane of symmetry: 180° − x has the values of x.
 IesProfile unfold_sideways(const IesProfile& half) {
   const std::size_t count = half.horizontal.size();
   std::vector<double> at_180;
@@ -199,7 +199,8 @@ Status unfold(const IesText& text, IesProfile& profile) {
   }
   if (is_open_circle(profile.horizontal)) {
     add_row(profile, 360, row_of(profile, 0));
-    profile.notices.push_back(fmt::format("the horizontal angles end at {}: at 360 are the values of 0", last));
+    profile.notices.push_back(
+        fmt::format("the horizontal angles end at {}: the values of angle 0 are repeated at 360", last));
     return ok_status();
   }
   if (first != 0 || (last != 90 && last != 180 && last != 360)) {

@@ -20,7 +20,7 @@ struct IesProfile {
   std::vector<double> vertical;           ///< degrees from the axis (nadir), ascending in [0, 180]; at least 2
   std::vector<double> horizontal;         ///< degrees about the axis, ascending from 0 to 360
   std::vector<double> candela;            ///< [horizontal][vertical]
-  std::vector<std::string> notices = {};  ///< what is read in another way than the file says
+  std::vector<std::string> notices = {};  ///< where the profile differs from the file
 
   /// Intensity at two angles in degrees: bilinear between the given angles, zero below the first and above the last
   /// vertical angle.

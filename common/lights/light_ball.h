@@ -26,7 +26,7 @@ class BallRadii {
   bool any_ = false;
 };
 
-/// Smaller squared sines of a ball's half angle count as a point.
+/// A ball counts as a point if the squared sine of its half angle is smaller.
 inline constexpr float kLeastBallSine2 = 1e-20f;
 
 /// A sampled point of balls as seen from p, uniform in the cone that they subtend. Balls of radius 0 are points.

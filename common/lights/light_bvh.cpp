@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-/// Bits of a trail, so the largest depth.
+/// Largest depth, because a trail has one bit per level.
 constexpr int kMaxDepth = 32;
 constexpr int kBins = 12;
 /// Rounding error of a cosine's bound. A node is skipped only if its bound is lower by more than this.
@@ -92,7 +92,7 @@ struct LightBvh::Builder {
       low = glm::min(low, center_of(lights[i]));
       high = glm::max(high, center_of(lights[i]));
     }
-    // Halves the lights when the bits of the trail run short.
+    // Halves the lights once the remaining bits of the trail just suffice.
     const bool must_halve = depth + std::bit_width(some.size()) >= kMaxDepth;
     double best = std::numeric_limits<double>::infinity();
     int best_axis = 0, best_bin = -1;
@@ -259,7 +259,7 @@ F8 LightBvh::bound(const V8& p, const Node8& node) {
   const M8 within = inside | (cos_x >= cos_b);
   const F8 cos_least = select(within, one, cos_x * cos_b + sin_x * sin_b);
   const M8 shines = cos_least > node.cos_emission - F8(kCosineRounding);
-  // At the position of a point light the result is infinite, and any finite number serves.
+  // At the position of a point light the bound is infinite. Any finite number is as good.
   const F8 towards = node.intensity * max(cos_least, F8(kLeastCosine));
   return masked(shines | inside, towards / max(max(distance2, node.radius2), F8(1e-30f)));
 }

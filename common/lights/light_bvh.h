@@ -1,4 +1,4 @@
-// Light BVH: chooses among many lights by upper bounds of what they give at a point.
+// Light BVH: a random choice among many lights, by upper bounds of their irradiance at a point.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace lightmill {
 
-/// A binary tree of lights. Each node has a bound of its irradiance at a point: the largest intensity over the squared
-/// distance, times the cosine of the smallest angle between a normal and the direction to the point. A child is chosen
-/// at random in proportion to its bound.
+/// A binary tree of lights. Each node has a bound of its irradiance at a point. It is the largest intensity over the
+/// squared distance, times a cosine: that of the smallest angle between a normal and the direction to the point. A
+/// child is chosen at random in proportion to its bound.
 ///
 /// Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", as in pbrt-v4. The
-/// receiver's normal is not used, because rays that hit a light know only where they start. Lights that cannot shine on
+/// receiver's normal is not used, because a ray that hits a light knows only its origin. Lights that cannot illuminate
 /// a point are not chosen. All others have a positive probability. Immutable once built.
 class LightBvh {
  public:
@@ -37,7 +37,7 @@ class LightBvh {
 
   struct Choice8 {
     U8 light;
-    F8 pmf;  ///< 0 if no light can shine on the point
+    F8 pmf;  ///< 0 if no light can illuminate the point
   };
   /// Chooses a light below a node that was chosen with probability `pmf`. The result's probability is that of both.
   /// `more`: a second number, for when the bits of the first are used up.
@@ -48,7 +48,7 @@ class LightBvh {
 
  private:
   struct Builder;
-  /// What a node's bound needs.
+  /// The inputs of a node's bound.
   struct Node8 {
     V8 center, axis;
     F8 radius2, cos_normals, sin_normals, cos_emission, intensity;

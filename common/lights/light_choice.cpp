@@ -6,7 +6,8 @@
 namespace lightmill {
 namespace {
 
-/// Smallest cosine in a bound, and rounding error of a cosine. Lights so far below the horizon are not chosen.
+/// Smallest cosine in a bound, and rounding error of a cosine. Lights below the horizon by more than this error are not
+/// chosen.
 constexpr float kLeastCosineAbove = 0.02f, kHorizonRounding = 1e-4f;
 
 /// Bound of the cosine between a unit normal and directions to a ball; 0 if all of it is below the horizon.

@@ -8,11 +8,11 @@
 
 namespace lightmill {
 
-/// Up to this many lights all light a shading point together, and nothing is chosen.
+/// With up to this many lights, each shading point samples all of them, and none is chosen.
 inline constexpr std::size_t kMostLightsTogether = 4;
 
-/// Chooses a light by bounds of what each gives at a point. Bounded lights have the first numbers, infinitely distant
-/// ones the next. Immutable once built.
+/// Chooses a light by a bound of each light's irradiance at a point. Bounded lights have the first numbers, infinitely
+/// distant ones the next. Immutable once built.
 ///
 /// The entries of the choice are subtrees of a light BVH and groups of distant lights. Up to kMostEntries lights of
 /// either kind are entries of their own. An entry is chosen with the probability
@@ -20,8 +20,8 @@ inline constexpr std::size_t kMostLightsTogether = 4;
 ///   p = (1 − λ) bound / Σ bounds + λ / n,   λ = kEvenShare
 ///
 /// among the n entries whose bound is not zero. Bounds ignore occlusion, so most of the light may come from an entry
-/// with a small bound. The second term limits the variance that this causes. If entries are single lights, and the light
-/// of a point comes from entries with a share s of all bounds, the relative variance of the choice is at most
+/// with a small bound. The second term limits the variance that this causes. Let entries be single lights, and let the
+/// light of a point come from entries with a share s of all bounds. Then the relative variance of the choice is at most
 /// min(n / λ, 1 / ((1 − λ) s)) − 1.
 class LightChoice {
  public:
@@ -32,14 +32,14 @@ class LightChoice {
   /// All powers, intensities and irradiances must be positive.
   LightChoice(std::span<const LightBounds> bounded, std::span<const DistantBounds> distant);
 
-  /// Whether lights are chosen. Otherwise all lights light each point.
+  /// Whether lights are chosen. Otherwise each shading point samples all lights.
   bool chooses() const { return count_ > kMostLightsTogether; }
   /// Whether `sample` uses its second number.
   bool needs_second_number() const { return has_subtrees_; }
 
   struct Choice8 {
     U8 light;
-    F8 pmf;           ///< 0 if no light can shine on the point
+    F8 pmf;           ///< 0 if no light can illuminate the point
     F8 pmf_at_point;  ///< probability for a zero normal, with the bits of `pmf`
   };
   /// `normal`: unit, if only light from above it counts; else zero.

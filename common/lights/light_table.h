@@ -1,8 +1,8 @@
 // Table of all lights of a scene, from which next-event estimation samples.
 //
-// A few lights all light a shading point. Of more, one is chosen (light_choice.h). Then a point on the light or a
-// direction to it is sampled (one file per kind of light). The same densities serve rays that hit a light (multiple
-// importance sampling). Immutable once built, thread-safe.
+// If there are few lights, each shading point samples all of them. Otherwise it samples one, which is chosen at random
+// (light_choice.h). Then a point on the light or a direction to it is sampled (one file per kind of light). The same
+// densities serve rays that hit a light (multiple importance sampling). Immutable once built, thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +46,7 @@ class LightTable {
   bool empty() const { return size() == 0; }
   /// Number of the first light of a kind.
   std::uint32_t first(LightKind kind) const { return first_[static_cast<int>(kind)]; }
-  /// Samples that light a shading point: one of each light, or one of a chosen light.
+  /// Light samples per shading point: one of each light, or one of a chosen light.
   std::uint32_t draws() const { return draws_; }
   /// Whether `sample` uses choice.u, and choice.v.
   bool needs_choice() const { return choice_.chooses(); }
@@ -60,16 +60,16 @@ class LightTable {
 
   /// Samples a light and a point on it for each shading point. `draw`: number of the sample, below draws(). The light
   /// at a shading point is the sum over all draws. `normal`: unit, of surfaces that light reaches only from above; zero
-  /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a zero
-  /// normal.
+  /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a
+  /// zero normal.
   LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const {
     return needs_choice() ? sample_chosen(shading_point, normal, choice, u) : sample_light(draw, shading_point, u);
   }
   /// The same without a choice, from the light with this number.
   LightSample8 sample_light(std::uint32_t light, const V8& shading_point, Pair8 u) const;
 
-  /// The light with this number as if it had no size, so nothing is drawn. It must be neither a facet, a sphere nor an
-  /// environment.
+  /// The light with this number as if it had no size, so there is no random number. It must be neither a facet, a
+  /// sphere nor an environment.
   LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
 
   /// The probability that a sample at `from` is on this light, for a zero normal.
@@ -79,10 +79,10 @@ class LightTable {
   /// Density per solid angle with which `sample` at `from` returns the point of a bounded light that a ray of this
   /// length hit. `cos_light`: cosine to the normal, positive.
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;
-  /// The same for a ray that left the scene in this direction, which is one to the light.
+  /// The same for a ray that left the scene in this direction, which must be a direction to the light.
   F8 distant_pdf_solid_angle(const V8& from, U8 light, const V8& direction, M8 lanes) const;
 
-  // Bodies: lights that rays meet, though they are no surfaces of the scene. They block no light.
+  // Bodies: lights that rays can hit, although they are not surfaces of the scene. They block no light.
 
   /// Numbers of the bodies, ascending.
   const std::vector<std::uint32_t>& bodies() const { return bodies_; }

@@ -8,13 +8,13 @@
 namespace lightmill {
 namespace {
 
-/// Spheres are enlarged by this part of their radius, of their distance from the origin and of the scene, because
-/// rounding can put their points outside.
+/// Spheres are enlarged by this share of their radius, of their distance from the origin and of the scene's radius.
+/// Rounding can put their points outside.
 constexpr double kMargin = 0x1p-20;
 /// Smallest cap in which normals are drawn, as cosine.
 constexpr float kMostCapCosine = 1 - 0x1p-12f;
 
-/// Directions by the cosine on the emitting sides.
+/// Cosine-distributed directions on the emitting sides.
 V8 around_surface(const EmissionPoint8& from, Pair8 u) {
   const F8 turned = u.u + u.u;
   const M8 back = from.two_sided & (turned >= F8(1.0f));
@@ -71,8 +71,8 @@ F8 PhotonAim::density(const Cone8& cone, M8 inside, const EmissionPoint8& from, 
   return select(cone.all, around, within);
 }
 
-/// A target of radius r at distance d reaches above the horizon of the surface point whose normal is at θ to it if d
-/// cosθ > R − r.
+/// The normals at those points of an emitting sphere of radius R that have some of the target above their horizon. For
+/// a target of radius r at distance d, these are the normals at angles θ to its direction with d cosθ > R − r.
 PhotonAim::Cap8 PhotonAim::cap(const Target& target, const LightSpheres8& spheres) {
   const V8 to_target = broadcast(target.center) - spheres.center;
   const F8 distance2 = length_squared(to_target);

@@ -43,7 +43,7 @@ class PhotonAim {
     F8 pdf_solid_angle;  ///< positive; 0 where a surface does not emit
   };
   /// Uniform in the cone that the target subtends at the point. From inside a target, and for an infinite one, it
-  /// samples all directions, and from surfaces by the cosine on the emitting sides.
+  /// samples all directions. From surfaces, these are cosine-distributed on the emitting sides.
   Direction8 direction(const EmissionPoint8& from, const Choice8& choice, Pair8 u) const;
   /// The same for one target, with its own density.
   Direction8 direction_to(std::size_t target, const EmissionPoint8& from, Pair8 u) const;
@@ -55,11 +55,11 @@ class PhotonAim {
     V8 point;
     F8 pdf_area;  ///< per area across the direction; positive
   };
-  /// Uniform on the target's projection along the direction, a disc.
+  /// Uniform on the target's projection along the direction, which is a disk.
   Place8 place(const V8& direction, const Choice8& choice, Pair8 u) const;
   /// Density of `place` returning a point with the same projection.
   F8 pdf_area(const V8& point, const V8& direction, const Choice8& choice) const;
-  /// Area of this disc.
+  /// Area of this disk.
   double shadow(std::size_t target) const;
 
  private:

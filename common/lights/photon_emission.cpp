@@ -13,8 +13,8 @@ constexpr std::size_t kManyLights = std::size_t{1} << 17, kFewTargets = 4;
 /// Number of entries among which 24 bits choose with different probabilities.
 constexpr std::size_t kMostEntries = std::size_t{1} << 20;
 
-// Estimates may be far too small. So each light that reaches a target has at least this share of the mean light, and
-// each target at least this share of its light.
+// Estimates may be far too small. So each light that reaches a target has at least this share of the mean flux per
+// light, and each target at least this share of its light's flux.
 constexpr double kLeastLightShare = 1.0 / 64, kLeastTargetShare = 0x1p-12;
 
 /// Extra distance at which parallel light starts before the scene or a plane, in scene radii.
@@ -77,7 +77,8 @@ void PhotonEmission::build_choice(const PhotonFluxes& fluxes) {
   }
 }
 
-/// Limits the infinite target to half, beside finite ones, because most of the light towards it may miss them by far.
+/// Limits the infinite target's share to half if there are finite targets. Most of the light towards it may miss them
+/// by far.
 void PhotonEmission::balance(std::vector<double>& fluxes) const {
   const std::size_t last = fluxes.size() - 1;
   if (aim_.infinite(last)) {

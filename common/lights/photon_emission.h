@@ -13,15 +13,14 @@ namespace lightmill {
 /// Samples rays along which light leaves the lights. Immutable once built, thread-safe. The bits depend only on the
 /// constructor's arguments and on the random numbers.
 ///
-/// A light is chosen by an estimate of what it sends to the targets, and then a target in the same way.
-///   - Surfaces: a point uniform by area, and a direction in the cone that the target subtends. Of spheres that shine
-///     only
-///     outward, only points that see some of the target are drawn.
+/// A light is chosen by an estimate of its flux to the targets, and then a target in the same way.
+///   - Surfaces: a point uniform by area, and a direction in the cone that the target subtends. On spheres that emit
+///     only outward, only points that see some of the target are drawn.
 ///   - Distant lights: a direction, and a position on the target's projection along it.
 /// Densities are those of the mixture over all targets, so overlapping targets count once.
 ///
 /// An infinite target lies in all directions. For distant light it is only the projection of the scene's sphere.
-/// Distant light that reaches the view by way of infinite planes from farther off is missed.
+/// Distant light that infinite planes reflect to the view from outside this projection is missed.
 class PhotonEmission {
  public:
   /// `lights` must outlive this object. `scene`: a sphere around all bounded shapes and the camera. `planes`: all
@@ -30,7 +29,7 @@ class PhotonEmission {
   PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
                  std::span<const BoundlessPlane> planes, const BoundingSphere& scene, bool unsampled = true);
 
-  /// Nothing to emit: no target, or no light that can reach one.
+  /// Whether there is nothing to emit: no target, or no light that can reach one.
   bool empty() const { return lights_.empty(); }
 
   struct Photon8 {

@@ -14,10 +14,9 @@ struct PhotonFluxes {
   std::vector<double> luminance;      ///< [light][target]: luminance of the flux, W
 };
 
-/// Estimates by a few points and directions of each light, the same for all. An estimate is at least a sixteenth of
-/// what an isotropic light of the same power would send. It is 0 if the light provably sends nothing. Estimates of
-/// distant lights are exact. `targets`: those of `aim`. `unsampled`: an environment that the table does not sample
-/// counts, too.
+/// Estimates by a few points and directions of each light, the same for all. An estimate is at least a sixteenth of the
+/// flux from an isotropic light of the same power. It is 0 if the light provably sends nothing. Estimates of distant
+/// lights are exact. `targets`: those of `aim`. `unsampled`: an environment that the table does not sample counts, too.
 PhotonFluxes estimate_fluxes(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim,
                              bool unsampled);
 

@@ -1,4 +1,4 @@
-// Targets of photons.
+// Photon targets: spheres at which photons are aimed.
 #pragma once
 
 #include <span>
@@ -20,12 +20,12 @@ struct BoundlessPlane {
   Vec3d normal{0, 1, 0};  ///< unit
 };
 
-/// The time to aim is proportional to the number of targets.
+/// Largest number of targets. The time to aim is proportional to the number.
 inline constexpr std::size_t kMostPhotonTargets = 32;
 
-/// At most `most` spheres (at least 2) that contain all of these. A function of the spheres and their order. Infinite
-/// spheres become one, the last. If there are too many finite ones, neighbours share a sphere: the largest group is
-/// halved at the median of its longest side until there are enough groups.
+/// At most `most` spheres (at least 2) that contain all of these. The result depends only on the spheres and their
+/// order. Infinite spheres become one, the last. If there are too many finite ones, neighbours share a sphere. The
+/// largest group is halved at the median of its longest side until there are enough groups.
 std::vector<BoundingSphere> group_targets(std::span<const BoundingSphere> targets, std::size_t most);
 
 }  // namespace lightmill

@@ -32,9 +32,9 @@ class SpotLights {
   double one_minus_cos_cutoff(std::size_t i) const { return outer_[i]; }
   bool has_size(std::size_t i) const { return radii_[i] > 0; }
   const BallRadii& radii() const { return radii_; }
-  /// Irradiance of a ball on a surface at p with unit normal n, without occlusion, as if all of it had the intensity of
-  /// the direction from its centre to p. It is exact where p is so far within the cone, or outside, that all of the ball
-  /// agrees.
+  /// Irradiance of a ball on a surface at p with unit normal n, without occlusion. All of the ball counts with the
+  /// intensity of the direction from its centre to p. This is exact where p lies so far inside or outside the cone that
+  /// all points of the ball agree.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:

@@ -1,4 +1,4 @@
-// Noise-free irradiance of a surface without occlusion, with which holdouts compare theirs.
+// Noise-free irradiance of a surface without occlusion. Holdouts compare their irradiance with it.
 #pragma once
 
 #include <vector>
@@ -16,8 +16,8 @@ class UnoccludedIrradiance {
   explicit UnoccludedIrradiance(const LightTable& lights);
 
   /// On surfaces at `p` with unit normals `n`, in W/m². `lights` must be those of the constructor. The error for an
-  /// environment image is some thousandths. For a small sun in it, on normals within 2° of where it sets, the error is
-  /// some hundredths of its largest irradiance.
+  /// environment image is some thousandths. For a small sun in the image, it is some hundredths of the sun's largest
+  /// irradiance where the sun is within 2° of the surface's horizon.
   V8 at(const LightTable& lights, const V8& p, const V8& n, M8 lanes) const;
 
  private:

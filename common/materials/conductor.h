@@ -1,13 +1,13 @@
 // Metal BSDF: Fresnel reflection by a complex index of refraction per channel, smooth or rough (GGX).
 //
-// Rough metal gives back the light of several bounces (ggx_albedo.h), and is reciprocal.
+// Rough metal compensates for multiple scattering (ggx_albedo.h). It is reciprocal.
 #pragma once
 
 #include "common/materials/ggx_facets.h"
 
 namespace lightmill::conductor {
 
-/// Fresnel reflectance for unpolarised light from a medium of index 1 to one of index n + ik: Born and Wolf,
+/// Fresnel reflectance for unpolarised light from a medium of index 1 to one of index n + ik. Born and Wolf,
 /// "Principles of Optics", 14.2, solved for intensities.
 inline F8 fresnel(F8 cos_i, F8 n, F8 k) {
   const F8 cos2 = cos_i * cos_i;
@@ -26,6 +26,12 @@ inline F8 fresnel(F8 cos_i, F8 n, F8 k) {
 
 inline V8 fresnel(F8 cos_i, const V8& n, const V8& k) {
   return {fresnel(cos_i, n.x, k.x), fresnel(cos_i, n.y, k.y), fresnel(cos_i, n.z, k.z)};
+}
+
+/// Reflectance at normal incidence.
+template <class Number>
+Number normal_reflectance(Number n, Number k) {
+  return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k);
 }
 
 /// Mean reflectance of all directions, weighted by the cosine. Error below 1e-3.
@@ -77,7 +83,7 @@ struct Conductor8 {
     return {wi, f * weight, masked(is_rough, ggx::reflection_pdf_solid_angle(wo, wi, m, alpha)), M8(), F8(1.0f)};
   }
 
-  /// Light of all bounces over that of the first.
+  /// Ratio of the light of all bounces to the light of the first.
   V8 all_bounces(const V8& wo, const V8& wi) const {
     const V8 one = broadcast(Vec3(1));
     if ((max_component(mean_fresnel) > F8(0.0f)).none()) {

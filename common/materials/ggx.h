@@ -13,8 +13,8 @@ namespace lightmill::ggx {
 /// cannot be evaluated.
 inline constexpr float kSmoothAlpha = 1e-4f;
 
-/// GGX's alpha along the x axis and along the y axis. Lanes in which both are equal have the same bits, whether the others
-/// are isotropic or not.
+/// GGX's alpha along the x axis and along the y axis. The bits of a lane in which both are equal do not depend on the
+/// other lanes.
 struct Alpha8 {
   F8 x, y;
   F8 stretch, inverse_stretch;  ///< x/y and y/x

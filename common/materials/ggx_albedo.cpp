@@ -17,7 +17,7 @@ F8 interpolate(const float* table, const Place8& slice, Place8 row, int rows, co
   return below + (above - below) * slice.rest;
 }
 
-/// Where a direction is in the tables of anisotropic facets.
+/// The place of a direction in the tables of anisotropic facets.
 struct AnisotropicPlace8 {
   Place8 roughness, anisotropy, angle, azimuth;
 };

@@ -1,13 +1,13 @@
-// Tabulated albedos of GGX surfaces, and the factors that give back what single scattering loses. A step of the build
-// makes the tables (ggx_tabulate.cpp).
+// Tabulated albedos of GGX surfaces, and factors that compensate for multiple scattering. A step of the build makes the
+// tables (ggx_tabulate.cpp).
 //
-// Facets scatter light once in ggx.h. Light that meets several facets is lost there, up to 69 %. `balance` tabulates
-// factors g ≥ 0 with
+// ggx.h models single scattering. It loses light that meets several facets, up to 69 %.
+// `balance` tabulates factors g ≥ 0 with
 //   g(wo) ∫ f(wo, wi) g(wi) |cos θi| dωi = 1
 // for a white f. So g(wo) f g(wi) reflects and transmits all light. It is reciprocal where f is, and the density of its
 // samples stays that of f. This is the scaling of a symmetric kernel (Sinkhorn and Knopp 1967). For metal of alpha 1, g
-// is H/√2 with Chandrasekhar's H function. Glass with an index between 1/1.2 and 1.2 gets back a part only, which fades
-// to none at index 1.
+// is H/√2 with Chandrasekhar's H function. For glass with an index between 1/1.2 and 1.2 the compensation is partial.
+// It fades to none at index 1.
 //
 // Anisotropic facets have tables of their own, with the azimuth and the strength of the anisotropy (ggx_facets.h).
 #pragma once
@@ -34,20 +34,20 @@ F8 balance(F8 cos_theta, F8 alpha);
 /// g of clear glass. `eta`: index of refraction behind the surface over that on the direction's side.
 F8 balance(F8 cos_theta, F8 alpha, F8 eta);
 
-// The same for anisotropic facets. `alpha` is that across the direction of the anisotropy, which is x. The strength is
-// above 0.
+// The same for anisotropic facets. x is the direction of the anisotropy, and `alpha` is that along y. `anisotropy` is
+// the strength, above 0.
 Albedo8 albedo(const V8& w, F8 alpha, F8 anisotropy);
 Albedo8 mean_albedo(F8 alpha, F8 anisotropy);
 F8 balance(const V8& w, F8 alpha, F8 anisotropy);
 
-/// Mean albedo E' of a coat (f0 = 0.04, f90 = 1) where white facets below it scatter to. With it, (1 − E(wo))
-/// (1 − E(wi))/√((1 − E'(wo))(1 − E'(wi))) of their light leaves all light that the coat does not reflect.
+/// Mean albedo E' of a coat (f0 = 0.04, f90 = 1) over the directions into which white facets below it scatter. With it,
+/// (1 − E(wo)) (1 − E(wi))/√((1 − E'(wo))(1 − E'(wi))) of their light leaves all light that the coat does not reflect.
 F8 coat_below(F8 cos_theta, F8 coat_alpha, F8 alpha);
 
-/// Share κ of the lost light that metal gives back: F L/(1 − F (1 − L)), the sum of the bounces after the first (Kulla
-/// and Conty 2017). F is the mean reflectance of a facet, 0 for no compensation. L is the share of light that leaves
-/// after each bounce: the root of the mean albedo of white facets, a fit to walks over random surfaces of facets. `mean`:
-/// mean_albedo.
+/// Share κ of the lost light that the compensation of metal returns: F L/(1 − F (1 − L)), the sum of the bounces after
+/// the first (Kulla and Conty 2017). F is the mean reflectance of a facet, 0 for no compensation. L is the share of
+/// light that leaves after each bounce. It is the root of the mean albedo of white facets, a fit to random walks on
+/// random surfaces of facets. `mean`: mean_albedo.
 V8 kept_by_bounces(const V8& mean_fresnel, const Albedo8& mean);
 
 }  // namespace lightmill::ggx

@@ -1,4 +1,4 @@
-// Facets of rough metal and gloss, isotropic or not: their alpha, and what they reflect in all.
+// Facets of rough metal and gloss, isotropic or anisotropic: alpha, albedo, and compensation of multiple scattering.
 #pragma once
 
 #include <optional>
@@ -8,32 +8,32 @@
 
 namespace lightmill::ggx {
 
-/// Facets that are rougher along the x axis, as KHR_materials_anisotropy means it: alpha + (1 − alpha) anisotropy² along
-/// it, and alpha across it.
+/// GGX facets that are rougher along the x axis, as in KHR_materials_anisotropy. alpha is that along y. Along x it is
+/// alpha + (1 − alpha) strength².
 class Facets8 {
  public:
   Facets8(F8 all) : alpha_(all) {}
-  /// Anisotropic facets have at least an alpha of kSmoothAlpha, so they have a lobe. Where no direction is known, they are
-  /// isotropic, and the peak of their distribution is the same.
-  Facets8(F8 across, F8 strength, M8 directed) : alpha_(across) {
+  /// Anisotropic facets have an alpha of at least kSmoothAlpha, so they have a lobe. Lanes that are not directed are
+  /// isotropic. Their distribution has the same peak.
+  Facets8(F8 alpha, F8 strength, M8 directed) : alpha_(alpha) {
     const M8 stretched = strength > F8(0.0f);
     if (stretched.none()) {
       return;
     }
-    const F8 y = max(across, F8(kSmoothAlpha)), x = min(y + (F8(1.0f) - y) * (strength * strength), F8(1.0f));
-    alpha_ = select(stretched, select(directed, y, sqrt(x * y)), across);
+    const F8 y = max(alpha, F8(kSmoothAlpha)), x = min(y + (F8(1.0f) - y) * (strength * strength), F8(1.0f));
+    alpha_ = select(stretched, select(directed, y, sqrt(x * y)), alpha);
     if (const M8 wider = stretched & directed & (x > y); wider.any()) {
       wide_ = {masked(wider, strength), Alpha8(select(wider, x, alpha_), alpha_)};
     }
   }
 
-  /// Across the direction.
+  /// alpha along y.
   F8 alpha() const { return alpha_; }
   bool isotropic() const { return !wide_; }
   M8 rough() const { return alpha_ >= F8(kSmoothAlpha); }
-  /// Of isotropic facets whose distribution has the same peak.
+  /// alpha of the isotropic facets whose distribution has the same peak.
   F8 mean_alpha() const { return wide_ ? select(wide_->lanes(), sqrt(wide_->axes.x * wide_->axes.y), alpha_) : alpha_; }
-  /// f of the alphas along both axes. Isotropic facets have a copy of f's code.
+  /// f of the alphas along both axes. The compiler makes a copy of f for isotropic facets.
   template <class Function>
   auto with_axes(const Function& f) const {
     return wide_ ? f(wide_->axes) : f(Alpha8(alpha_));

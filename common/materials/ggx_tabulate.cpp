@@ -101,8 +101,9 @@ std::vector<float> node_cosines() {
   return cosines;
 }
 
-/// Scattering between the nodes of directions: angles on one or two sides, or angles and azimuths. shares[i][j] is the
-/// share of uniform light that node i sees by way of node j. Between nodes the factors are linear.
+/// Scattering between the nodes of directions: angles on one or two sides, or angles and azimuths. Row i of `shares_`
+/// divides the uniform light that node i sees among the nodes j from which it comes. Between nodes the factors are
+/// linear.
 class Scattering {
  public:
   explicit Scattering(int sides) : size_(kAngles * sides), shares_(static_cast<std::size_t>(size_ * size_)) {}
@@ -122,7 +123,7 @@ class Scattering {
     }
   }
 
-  /// Adds light to the node `from` that comes from these directions. Nodes are azimuths of angles.
+  /// Adds light to the node `from` that comes from these directions. Nodes are angle · kAzimuths + azimuth.
   void add(int from, const V8& directions, F8 weight) {
     alignas(32) float angle[8], azimuth[8], share[8];
     (direction_coordinate(directions.z) * F8(static_cast<float>(kAngles - 1))).store(angle);
@@ -141,7 +142,7 @@ class Scattering {
     }
   }
 
-  /// What each node sees of uniform light.
+  /// The share of uniform light that each node sees.
   std::vector<double> seen() const {
     std::vector<double> sums;
     for (std::size_t i = 0; i < shares_.size(); i += static_cast<std::size_t>(size_)) {
@@ -150,7 +151,7 @@ class Scattering {
     return sums;
   }
 
-  /// Factors g with which each node sees what is wanted: g[i] Σ_j shares[i][j] g[j] = wanted[i].
+  /// Factors g with which each node sees the wanted share: g[i] Σ_j shares[i][j] g[j] = wanted[i].
   std::vector<double> balance(const std::vector<double>& wanted) const {
     std::vector<double> g(wanted.size(), 1.0);
     for (double worst = 1; worst > 5e-4;) {
@@ -159,7 +160,7 @@ class Scattering {
       for (std::size_t i = 0; i < g.size(); ++i) {
         const double now = std::inner_product(before.begin(), before.end(), &shares_[i * g.size()], 0.0);
         worst = std::max(worst, std::abs(before[i] * now - wanted[i]));
-        // The geometric mean of this factor and the one that the others ask for. Alone, the latter oscillates.
+        // The geometric mean of this factor and of the factor that fits the others. The latter alone oscillates.
         g[i] = std::sqrt(before[i] * wanted[i] / now);
       }
     }
@@ -185,8 +186,8 @@ Scattering metal(const std::vector<float>& cosines, float alpha) {
 
 const std::vector<double> kAll(kAngles, 1.0);  ///< wanted of white metal
 
-/// Factors that give back this part of the lost light. First the side from which the index behind the surface is `eta`,
-/// then the other one.
+/// Factors that compensate for this part of the lost light. First the side from which the index behind the surface is
+/// `eta`, then the other one.
 std::vector<double> balanced_glass(const std::vector<float>& cosines, float alpha, float eta, double part) {
   constexpr float kShare = 1.0f / kLattice;
   Scattering all(2);
@@ -214,7 +215,7 @@ std::vector<double> balanced_glass(const std::vector<float>& cosines, float alph
   return all.balance(wanted);
 }
 
-/// The tables of facets of one roughness and anisotropy, by angle and azimuth.
+/// Tables of facets of one roughness and one anisotropy, by angle and azimuth.
 struct Anisotropic {
   std::vector<float> normal, grazing;  ///< Schlick's terms
   std::vector<float> balance;
@@ -228,7 +229,7 @@ V8 seen_from(float cos_theta, float azimuth) {
   return {w.x * F8((1 - azimuth) / length), w.x * F8(azimuth / length), w.z};
 }
 
-/// The mean of a row of nodes of angles that have azimuths, as `mean_of`, by the midpoint rule.
+/// Mean of a table by angle and azimuth over the hemisphere, weighted by cos θ. Midpoint rule.
 float mean_of_azimuths(const std::vector<float>& values) {
   constexpr int kSteps = 64;
   double sum = 0;

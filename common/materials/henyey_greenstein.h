@@ -1,4 +1,4 @@
-// Phase function of Henyey and Greenstein 1941, by which media scatter.
+// Phase function of scattering media: Henyey and Greenstein 1941.
 #pragma once
 
 #include "common/math/transcendental.h"

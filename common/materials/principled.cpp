@@ -38,9 +38,9 @@ F8 burley(const V8& wo, const V8& wi, F8 roughness) {
   return (F8(1.0f) + r * schlick_weight(wo.z)) * (F8(1.0f) + r * schlick_weight(wi.z));
 }
 
-/// Share of even light that Burley's diffuse part reflects to wo. It is a polynomial of cos, because wo·wi and its square
-/// have the means cos μ and (cos² μ² + (1 − cos²)(1 − μ²)/2) over the azimuth of wi, and because 2∫μⁿ⁺¹(1 − μ)⁵ dμ is 1/21,
-/// 1/84 and 1/252 for n = 0, 1, 2.
+/// Share of uniform light that Burley's diffuse part reflects to wo. It is a polynomial of cos. Over the azimuth of wi,
+/// wo·wi and its square have the means cos μ and (cos² μ² + (1 − cos²)(1 − μ²)/2). 2∫μⁿ⁺¹(1 − μ)⁵ dμ is 1/21, 1/84 and
+/// 1/252 for n = 0, 1, 2.
 F8 burley_albedo(F8 cos_o, F8 roughness) {
   const F8 f = schlick_weight(cos_o), c = cos_o, c2 = c * c;
   const F8 r = roughness * (F8(1.0f) + c * F8(2.0f / 3));                      // mean of r
@@ -162,7 +162,7 @@ F8 Principled8::sheen_leaves(const V8& wi, bool diffuse) const {
   if (diffuse) {
     return in_and_out / (F8(1.0f) - mean);
   }
-  // The wider facets scatter, the nearer E' is to the mean. A fit, which leaves white metal within 4 % of 1.
+  // The rougher the facets are, the nearer E' is to the mean. A fit: the albedo of white metal is within 4.5 % of 1.
   const F8 width = F8(1.0f) - exp(alpha_ * F8(-4.0f));
   const auto below = [&](F8 albedo) { return albedo + (mean - albedo) * width; };
   return in_and_out / sqrt((F8(1.0f) - below(albedo_o)) * (F8(1.0f) - below(albedo_i)));
@@ -173,7 +173,7 @@ V8 Principled8::inner_coat(F8 cos_o) const {
     return {};
   }
   const dielectric::Fresnel8 f = dielectric::fresnel(min(max(cos_o, F8(0.0f)), F8(1.0f)), glass_bsdf_.eta);
-  // A facet of glass turns refracted light by about a quarter of what it turns reflected light.
+  // A facet of glass deflects refracted light about a quarter as much as reflected light.
   const F8 sent_back = select(is_rough(alpha_), ggx::coat_below(f.cos_refracted, coat_alpha_, F8(0.25f) * alpha_),
                               coat_albedo(ggx::albedo(f.cos_refracted, coat_alpha_)));
   return base_ * base_ * (glass_ * coat_beyond_ * (F8(1.0f) - f.reflectance) * sent_back);

@@ -1,31 +1,27 @@
-// Principled BSDF, as in Blender and glTF: a coat over a mixture of metal, glass and glossy plastic. Metal and plastic can
-// have a sheen.
+// Principled BSDF, as in Blender and glTF: a coat over a mixture of metal, glass and glossy plastic. Metal and plastic
+// can have a sheen.
 //
 // With c = coat, m = metallic, t = transmission:
 //   f = c·coat + T·(m·metal + (1 − m)(t·glass + (1 − t)·(gloss + T'·diffuse)))
 // metal, gloss and coat are GGX with Schlick's Fresnel term. f0 is the base colour for metal, ((ior − 1)/(ior + 1))² ·
 // 2·specular for gloss, and .04 for the coat. glass is a rough dielectric whose refraction has the base colour.
 //
-// T and T' are the light that a layer leaves to those below. They follow from the layer's directional albedo E, so that
-// white layers reflect all light. f is reciprocal.
-//   T' = (1 − E(wo))(1 − E(wi))/(1 − E_mean) (Kelemen and Szirmay-Kalos 2001)
-//   T = (1 − cE(wo))(1 − cE(wi))/√((1 − cE'(wo))(1 − cE'(wi)))
-// E' is the mean of E where the layer below scatters to: E_mean for diffuse, E for smooth, and a table for rough layers
-// (ggx_albedo.h). Through glass, T = 1 − cE on the outside, and the facets send cE' of the rest back on the inside.
+// T and T' are the shares of light that a layer leaves to those below. They follow from the layer's directional albedo
+// E, so that white layers reflect all light. f is reciprocal.
 //
 // A sheen of colour s (sheen.h) replaces m·metal + (1 − m)(1 − t)·plastic by
 //   (1 − (1 − m) t)·s·sheen + T"·(m·metal + (1 − m)(1 − t)·plastic)
-// T" is like T, with the largest component of s for c. E' of rough metal and gloss is between E_mean and E. Glass has no
-// sheen, nor has any surface that is seen from the inside of glass.
+// T" is like T, with the largest component of s for c. E' of rough metal and gloss is between E_mean and E. Glass has
+// no sheen. Surfaces have none as seen from within glass.
 //
-// Metal and gloss can be anisotropic, and then x is the direction along which they are rougher. Coat, glass and sheen are
-// isotropic.
+// Metal and gloss can be anisotropic. Then they are rougher along x. Coat, glass and sheen are isotropic.
 //
-// `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender before 4.0:
+// `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender
+// before 4.0:
 //   base/π · (1 + (r − ½)F(wo))(1 + (r − ½)F(wi)),  F(w) = (1 − cos)⁵,  r = roughness·(1 + wo·wi)
 // The gloss takes no light from it. So gloss and a bright base can reflect more light than arrives.
 //
-// The facets of metal and glass give back the light of several bounces (ggx_albedo.h). Those of gloss leave it to the
+// Metal and glass compensate for multiple scattering (ggx_albedo.h). The gloss does not: it leaves that light to the
 // diffuse part.
 #pragma once
 
@@ -37,10 +33,10 @@
 
 namespace lightmill {
 
-/// Of metal and gloss (ggx_facets.h).
+/// Anisotropy of metal and gloss (ggx_facets.h).
 struct PrincipledAnisotropy8 {
   F8 strength;  ///< in [0, 1]
-  M8 directed;  ///< x is its direction; else there is none
+  M8 directed;  ///< x is its direction; otherwise it has none
 };
 
 struct PrincipledSheen8 {
@@ -54,7 +50,7 @@ struct PrincipledParameters8 {
                                                    ///< for `ior`
   F8 ior;                                          ///< of the inside
   F8 coat, coat_roughness;                         ///< each in [0, 1]
-  M8 compensated;                                  ///< metal and glass, for the light of several bounces
+  M8 compensated;                                  ///< metal and glass, for multiple scattering
   M8 burley = M8();                                ///< Burley's diffuse part
   std::optional<PrincipledAnisotropy8> anisotropy = {};
   std::optional<PrincipledSheen8> sheen = {};
@@ -86,7 +82,7 @@ class Principled8 {
   F8 coat_leaves(const V8& wo, const V8& wi, bool diffuse) const;
   /// cE' of the facets. `albedo`: cE.
   F8 coat_below(F8 cos_theta, F8 albedo) const;
-  /// The same of the sheen, for light from wi that metal or plastic reflects.
+  /// Share T" of light from wi that the sheen leaves to the diffuse layer below, or to facets.
   F8 sheen_leaves(const V8& wi, bool diffuse) const;
   /// Of metal, plastic, and the coat as seen from within glass. `balance`: g(wo) g(wi) of ggx_albedo.h, or 1.
   V8 gloss_fresnel(F8 cos_o, F8 balance) const;
@@ -106,7 +102,7 @@ class Principled8 {
 
   V8 base_;
   ggx::Facets8 facets_;  ///< of metal and gloss
-  F8 alpha_;             ///< of isotropic facets that are as rough
+  F8 alpha_;             ///< their mean alpha
   F8 coat_alpha_;
   F8 metal_, plastic_, glass_;  ///< shares
   V8 metal_kept_;               ///< κ of ggx_albedo.h
@@ -125,9 +121,9 @@ class Principled8 {
   F8 p_diffuse_, p_gloss_, p_glass_, p_coat_;  ///< probabilities, whose sum is 1 where anything is reflected
   struct Layer8 {
     Sheen8 white;
-    V8 color;         ///< with its share of the surface
-    F8 weight;        ///< the largest component of its colour
-    F8 p = F8(0.0f);  ///< probability, added to those above
+    V8 color;         ///< times the share of the surface that has it
+    F8 weight;        ///< the largest component of the colour
+    F8 p = F8(0.0f);  ///< probability, part of the sum 1
   };
   std::optional<Layer8> sheen_;  ///< if there is one in any lane
 };

@@ -17,7 +17,7 @@ struct RoughDielectric8 {
   F8 eta;                                    ///< index of refraction behind the surface over that on wo's side
   F8 alpha;                                  ///< GGX, in [0, 1]
   V8 tint = {F8(1.0f), F8(1.0f), F8(1.0f)};  ///< of refracted light
-  M8 compensated = M8();                     ///< for the light of several bounces; else single scattering only
+  M8 compensated = M8();                     ///< for multiple scattering
 
   M8 rough() const { return (alpha >= F8(ggx::kSmoothAlpha)) & (alpha * abs(eta - F8(1.0f)) >= F8(1e-5f)); }
 
@@ -71,7 +71,7 @@ struct RoughDielectric8 {
   }
 
  private:
-  /// Light of all bounces over that of the first.
+  /// Ratio of the light of all bounces to the light of the first.
   F8 all_bounces(const V8& wo, const V8& wi, M8 through) const {
     if (compensated.none()) {
       return F8(1.0f);

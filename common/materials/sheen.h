@@ -1,11 +1,11 @@
-// Sheen: light that the fibres of cloth reflect, mostly at grazing angles. KHR_materials_sheen means the same.
+// Sheen BSDF: light that the fibres of cloth reflect, mostly at grazing angles, as in KHR_materials_sheen.
 //
-// Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF": normals of fibres have the density of `distribution`
-// ("Charlie"), with alpha = roughness². `lambda` is their fit of Smith's function.
+// Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF". `distribution` is their density of the fibres'
+// normals ("Charlie"), with alpha = roughness². `lambda` is their fit of Smith's function.
 //
 // Below a roughness of 0.27 this reflects up to twice the light that arrives at a grazing angle. So it is multiplied by
-// k(wo) k(wi), where k is 1 over its albedo, at most 1. `limit` tabulates k, and `albedo` what is left. A layer below gets
-// the rest of the light. A step of the build makes the tables (sheen_tabulate.cpp).
+// k(wo) k(wi), where k is 1 over its albedo, at most 1. `limit` tabulates k, and `albedo` the albedo after that. The
+// layers below get the rest of the light. A step of the build makes the tables (sheen_tabulate.cpp).
 #pragma once
 
 #include "common/math/exp_log.h"
@@ -35,13 +35,14 @@ inline F8 lambda(F8 cosine, F8 alpha) {
   return exp(select(low, near, F8(2.0f) * fit(F8(0.5f)) - near));
 }
 
-/// BRDF · cos θi before it is limited, for directions above the surface.
+/// BRDF · cos θi without k, for directions above the surface.
 inline F8 unlimited(const V8& wo, const V8& wi, F8 alpha, F8 lambda_o) {
   const V8 sum = wo + wi;
   const F8 sin2 = (sum.x * sum.x + sum.y * sum.y) / length_squared(sum);
   return distribution(sin2, alpha) / ((F8(1.0f) + lambda_o + lambda(wi.z, alpha)) * F8(4.0f) * wo.z);
 }
 
+/// k, in (0, 1].
 F8 limit(F8 cos_theta, F8 roughness);
 /// At most 0.9999, because 1 − albedo is a divisor.
 F8 albedo(F8 cos_theta, F8 roughness);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSteps = 160, kTurns = 64;  ///< quadrature points of directions
 
-/// ∫ f(wo, wi) k(wi) |cos θi| dωi before the limit of wo, for k of the cosine. The points are finest near the horizon.
+/// ∫ f(wo, wi) k(wi) |cos θi| dωi without k(wo), for k of the cosine. The points are finest near the horizon.
 float integral(float cos_theta, float roughness, const std::function<float(float)>& k) {
   const F8 alpha(roughness * roughness);
   const float z = std::max(cos_theta, 1e-4f);
@@ -36,7 +36,7 @@ float integral(float cos_theta, float roughness, const std::function<float(float
   return static_cast<float>(sum * 2 * kPiDouble / (kSteps * kTurns));
 }
 
-/// A row at a cosine, linear between its nodes.
+/// The value of a row at a cosine, linear between its nodes.
 float between(const float* row, float cos_theta) {
   const float at = std::sqrt(cos_theta) * (kAngles - 1);
   const int below = std::min(static_cast<int>(at), kAngles - 2);

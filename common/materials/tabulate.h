@@ -1,4 +1,4 @@
-// What programs that print tables share.
+// Helpers of programs that print tables as C++.
 #pragma once
 
 #include <string>

@@ -1,6 +1,7 @@
 // Eight lanes of floats, integers and masks on AVX2. All operations are exact or exactly rounded.
 //
-// There are no approximate reciprocals and no fused multiply-add. Their bits differ between processors and compilers.
+// There are no approximate reciprocals and no fused multiply-add, because their bits differ between processors and
+// compilers.
 #pragma once
 
 #include <immintrin.h>

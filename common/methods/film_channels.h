@@ -3,13 +3,13 @@
 //   direct    light that surfaces scatter at most once between its source and the camera: sources, their images in
 //             mirrors, and surfaces that they light directly
 //   indirect  all other light
-//   caustic   the part of it that goes from a light over mirrors or glass to another surface: the photons of `caustic`
+//   caustic   the part of it that goes from a light via mirrors or glass to another surface: the photons of `caustic`
 //   bias      gathered photons, minus the estimate from the same photons with half the radius
 //   light:G   light of light group G. light:rest is the light of all lights in no requested group
 //   albedo    reflectance of the first surface, whatever its kind (1 for clear glass)
 //   normal    its shading normal on the camera's side, in the scene's frame. With `flat`, the geometric normal
-//   features  what a reconstruction needs of it: for half A, then for half B, the sums of its albedo, of its normal and of
-//             1/depth (7 channels), and of their squared lengths (3 channels)
+//   features  input of a reconstruction: for half A, then for half B, the sums of the surface's albedo, of its normal
+//             and of 1/depth (7 channels), and of their squared lengths (3 channels)
 //   depth     its distance from the camera's plane, along the view direction ("camera z"), in scene units
 //   id        1 + the index of its object in the document
 // The last five are 0 where a camera ray hits nothing.

@@ -121,26 +121,15 @@ void add_lights(TestScene& test, bool many, bool sky_image, double spread_degree
   }
 }
 
-TestScene make_test_scene(const Rendered& rendered) {
-  const FilterKind filter = rendered.filter;
-  TestScene test;
-  Scene& scene = test.scene;
-  scene.camera = {{0.1, 1.2, 4.1}, {0, 0.9, 0}, {0, 1, 0}, 50};
-  scene.film = {rendered.side, rendered.side, {filter, filter == FilterKind::box ? 0.5 : 1.5}};
+/// Materials of each kind, with textures. An exponent of 0 makes the glow the same in all directions.
+void add_materials(Scene& scene, double glow_exponent) {
   scene.materials = {
       {"white", DiffuseMaterial{{0.7f, 0.7f, 0.7f}}, {}, false},
       {"red", DiffuseMaterial{{0.6f, 0.1f, 0.05f}}, {}, false},
       {"mirror", MirrorMaterial{{0.9f, 0.8f, 0.7f}}, {}, false},
       {"glass", DielectricMaterial{1.5}, {}, false},
       {"lamp", DiffuseMaterial{{0.2f, 0.2f, 0.2f}}, {9, 8, 6}, false},
-      {"glow",
-       DiffuseMaterial{{0, 0, 0}},
-       {2, 3, 4},
-       true,
-       {},
-       0,
-       EmissionUnit::radiance,
-       filter == FilterKind::box ? 0 : 1.5},
+      {"glow", DiffuseMaterial{{0, 0, 0}}, {2, 3, 4}, true},
       {"phong", PhongMaterial{{0.3f, 0.4f, 0.2f}, {0.4f, 0.3f, 0.5f}, 37}, {}, false},
       {"gold", ConductorMaterial{{0.15f, 0.42f, 1.38f}, {3.6f, 2.5f, 1.9f}, 0.35}, {}, false},
       {"chrome", ConductorMaterial{{3.5f, 2.9f, 2.1f}, {4.3f, 4.2f, 3.9f}, 0}, {}, false},
@@ -167,6 +156,8 @@ TestScene make_test_scene(const Rendered& rendered) {
        {},
        false},
   };
+  scene.materials[5].emission_exponent = glow_exponent;
+  scene.materials[5].light_group = "key";
   scene.materials[9].single_scattering = true;
   scene.materials[7].roughness_map = {0, ScalarMap::Channel::g};
   scene.materials[10].metallic_map = {1, ScalarMap::Channel::luminance};
@@ -177,18 +168,14 @@ TestScene make_test_scene(const Rendered& rendered) {
   scene.materials[17].normal_map = {1, 0.8};
   scene.materials[18].bump_map = {{0, ScalarMap::Channel::luminance}, -0.1};
   using Image = TextureImage;
-  scene.textures = {{"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}, 20},
-                    {"print",
-                     "",
-                     kTexture,
-                     Image::Filter::nearest,
-                     {Image::Wrap::clamp, Image::Wrap::clamp},
-                     Image::ColorSpace::linear,
-                     {1, 1},
-                     -35}};
-  if (filter == FilterKind::tent) {
-    scene.camera.lens_radius = 0.1;
-  }
+  constexpr std::array kClamped{Image::Wrap::clamp, Image::Wrap::clamp};
+  scene.textures = {
+      {"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}, 20},
+      {"print", "", kTexture, Image::Filter::nearest, kClamped, Image::ColorSpace::linear, {1, 1}, -35},
+  };
+}
+
+void add_room(TestScene& test) {
   test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // floor
   test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // a second floor in the same place, for ties
   test.add(0, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}));  // back
@@ -207,43 +194,59 @@ TestScene make_test_scene(const Rendered& rendered) {
   test.add(9, SphereShape{{0.4, 0.25, 1.2}, 0.25, false});
   test.add(10, SphereShape{{1.3, 0.3, 0.9}, 0.3, false});
   test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the sphere before
-  scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
-  scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
-  if (filter == FilterKind::tent) {
-    scene.materials[13].emission = {{0.9f, 0.8f, 0.7f}, 0};
-    scene.materials[13].two_sided_emission = true;
-  }
+  test.scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
+  test.scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
+}
+
+/// Surfaces that rays pass, anisotropic surfaces with tangents and with texture coordinates, an instance of a mesh with
+/// tangents, and two of another mesh, one mirrored.
+void add_sheets_and_instances(TestScene& test, bool holdout) {
   Mesh gauze = quad({-1.4, 0.3, 1.3}, {2.3, -0.1, 0.3}, {0.6, 1.9, -0.2});
   gauze.colors = {{1, 1, 1, 0.5f}, {1, 0.5f, 1, 1}, {1, 1, 0, 0.25f}, {0, 1, 1, 0.75f}};
   test.add(15, gauze);
   test.add(16, SphereShape{{0.2, 1.9, -0.6}, 0.4, false});
-  scene.objects.push_back({"leaf", 16, TriangleShape{{-1.9, 0.8, 0.1}, {-0.9, 1.1, 0.4}, {-1.3, 1.9, -0.3}}});
-  if (filter == FilterKind::box) {
-    scene.objects.push_back({"catcher", 14, TriangleShape{{0.3, 0.05, 1.8}, {1.1, 0.02, 1.7}, {0.5, 0.1, 1.1}}});
+  test.scene.objects.push_back({"leaf", 16, TriangleShape{{-1.9, 0.8, 0.1}, {-0.9, 1.1, 0.4}, {-1.3, 1.9, -0.3}}});
+  if (holdout) {
+    test.scene.objects.push_back({"catcher", 14, TriangleShape{{0.3, 0.05, 1.8}, {1.1, 0.02, 1.7}, {0.5, 0.1, 1.1}}});
   }
   Mesh bent = quad({-0.2, 0.7, 1.0}, {0.5, 0.1, 0}, {0, 0.5, -0.2});
   bent.texture_coordinates = {{0, 0}, {1, 0.1f}, {1, 1}, {0.1f, 1}};
   test.add(16, bent);
-  scene.objects.back().transform = {{{-1, 0, 0, -0.6}, {0, 1, 0, 0.5}, {0, 0, 1, 0}}};
+  test.scene.objects.back().transform = {{{-1, 0, 0, -0.6}, {0, 1, 0, 0.5}, {0, 0, 1, 0}}};
   bent.tangents.assign(4, {0.8f, 0, 0.6f, -1});
   test.add(15, bent);
   test.add(19, bent);
-  scene.objects.back().transform = {{{0.9, 0.1, 0, -0.7}, {0, 0.8, 0.2, 0.9}, {0.1, 0, 1, -0.2}}};
+  test.scene.objects.back().transform = {{{0.9, 0.1, 0, -0.7}, {0, 0.8, 0.2, 0.9}, {0.1, 0, 1, -0.2}}};
   Mesh cloth = bumpy_sphere(-0.1, 1.4, -1.2, 0.35);
   for (const auto& p : cloth.positions) {
     cloth.texture_coordinates.push_back({static_cast<float>(2 * p[0]), static_cast<float>(p[1])});
   }
   test.add(20, cloth);
   test.add(19, cloth);
-  scene.objects.back().transform = {{{-0.7, 0, 0, 1.1}, {0, 0.8, 0.1, 0.7}, {0, 0, 0.9, 0.9}}};
+  test.scene.objects.back().transform = {{{-0.7, 0, 0, 1.1}, {0, 0.8, 0.1, 0.7}, {0, 0, 0.9, 0.9}}};
   const Mesh shared = bumpy_sphere(0, 0, 0, 1);  // two instances, one mirrored
   test.add(0, shared);
-  scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};
+  test.scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};
   test.add(2, shared);
-  scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
-  scene.materials[5].light_group = "key";
+  test.scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
+}
+
+TestScene make_test_scene(const Rendered& rendered) {
+  const bool box = rendered.filter == FilterKind::box, tent = rendered.filter == FilterKind::tent;
+  TestScene test;
+  Scene& scene = test.scene;
+  scene.camera = {{0.1, 1.2, 4.1}, {0, 0.9, 0}, {0, 1, 0}, 50};
+  scene.film = {rendered.side, rendered.side, {rendered.filter, box ? 0.5 : 1.5}};
+  add_materials(scene, box ? 0 : 1.5);
+  if (tent) {
+    scene.camera.lens_radius = 0.1;
+    scene.materials[13].emission = {{0.9f, 0.8f, 0.7f}, 0};
+    scene.materials[13].two_sided_emission = true;
+  }
+  add_room(test);
+  add_sheets_and_instances(test, box);
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
-  add_lights(test, filter != FilterKind::box, filter == FilterKind::box, filter == FilterKind::box ? 180 : 120);
+  add_lights(test, !box, box, box ? 180 : 120);
   return test;
 }
 
@@ -286,8 +289,8 @@ std::string fingerprint_class() {
     for (Material& material : test.scene.materials) {
       material.interior.scattering = {};
     }
-    const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;  // for methods with photons,
-                                                                                        // which refuse scattering media
+    // For methods with photons, which refuse scattering media.
+    const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;
     for (const std::string_view name : method_names()) {
       if (name == kAutoMethod) {
         continue;

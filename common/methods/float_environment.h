@@ -1,4 +1,4 @@
-// Floating-point mode in which nodes are rendered. It is a part of what fixes their bits.
+// Floating-point mode in which nodes are rendered. Their bits depend on it.
 #pragma once
 
 #include <xmmintrin.h>

@@ -9,9 +9,6 @@
 namespace lightmill {
 namespace {
 
-/// kMaxSamples of these do not overflow, also when both halves are added.
-constexpr float kLargestSample = 0x1p97f;
-
 /// For layers other than beauty: values that cannot be summed become zero, and −0 becomes 0.
 void make_sound(std::span<float> values) {
   for (float& value : values) {

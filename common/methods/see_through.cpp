@@ -3,8 +3,6 @@
 namespace lightmill {
 namespace {
 
-constexpr int kMostSurfaces = 1000;  ///< surfaces that a ray passes; the next one stops it
-
 /// A distance along unit rays beyond a hit. A ray cannot meet the same surface again behind it, nor one in the same
 /// place.
 F8 behind(const Ray8& rays, const Hit8& hits, const Surface8& surface) {
@@ -18,7 +16,7 @@ F8 behind(const Ray8& rays, const Hit8& hits, const Surface8& surface) {
 Hit8 pass_surfaces(const CompiledScene& scene, M8 lanes, const Ray8& rays, Hit8 hits, Passing8& passing,
                    RenderCounters& counters) {
   M8 active = lanes;
-  for (int passed = 0; passed < kMostSurfaces; ++passed) {
+  for (std::uint32_t passed = 0; passed < kMaxPassed; ++passed) {
     Hit8 here = hits;
     here.hit = scene.may_pass(hits, active & hits.hit);
     here.hit = and_not(here.hit, hits.geometry == U8(passing.opaque_geometry));

@@ -1,10 +1,10 @@
 // Rays that meet surfaces with an opacity below 1.
 //
-// Such a surface stops a path with the probability of its opacity. Else the path goes on as if nothing were there. One
-// random number per segment decides: the path passes surfaces, nearest first, while the product of their 1 − opacity is
-// above the number. This inverts the distribution of the surface that stops the path, as the distance in a medium is
-// drawn. A decision is a function of the path's seed, the vertex and what lies on the ray. It does not depend on the
-// order in which the hierarchy finds hits, nor on the numbers of primitives.
+// Such a surface stops a path with the probability of its opacity. Otherwise the path continues unchanged. One random
+// number per segment decides: the path passes surfaces, nearest first, while the product of their 1 − opacity is above
+// the number. This samples the stopping surface by inversion, like a free path in a medium. A decision is a function of
+// the path's seed, the vertex and what lies on the ray. It does not depend on the order in which the hierarchy finds
+// hits, nor on the numbers of primitives.
 //
 // Shadow rays and connections draw nothing. They pass every surface that does not stop all light, and carry the product
 // of 1 − opacity. That is the mean of the decisions, without their noise.
@@ -15,6 +15,8 @@
 namespace lightmill {
 
 inline constexpr std::uint32_t kNoGeometry = 0xffffffff;
+/// Surfaces or boundaries in a row that do not stop a ray. More are endless copies.
+inline constexpr std::uint32_t kMaxPassed = 1000;
 
 /// The decision of a path's segment to vertex v. The numbers lie between connection_decision and kLensDecision
 /// (tracer/sample_plan.h).
@@ -28,8 +30,8 @@ struct Target8 {
   U8 geometry, primitive;
   F8 distance;  ///< from the start of the connection
 };
-/// Which hits are the target. A ray can meet a sphere twice, and both points have the same primitive. The distance
-/// tells them apart, beyond rounding. `cosine`: of the ray to the geometric normal, positive.
+/// The lanes whose hits are the target. A ray can meet a sphere twice, and both points have the same primitive. The
+/// distance tells them apart, beyond rounding. `cosine`: of the ray to the geometric normal, positive.
 inline M8 reaches(const Target8& target, const Hit8& hits, const Surface8& surface, F8 cosine) {
   const V8 off = surface.point - target.point;
   const F8 tolerance = (surface.offset * F8(256.0f) + target.distance * F8(0x1p-16f)) / max(cosine, F8(1e-3f));
@@ -37,7 +39,7 @@ inline M8 reaches(const Target8& target, const Hit8& hits, const Surface8& surfa
          (length_squared(off) < tolerance * tolerance);
 }
 
-/// How eight rays pass surfaces on the way to one that stops them.
+/// State of eight rays that pass surfaces until one stops them.
 struct Passing8 {
   bool decides = false;                         ///< else the light on the rays is multiplied by `left`
   F8 number = F8(0.0f);                         ///< the random number; 0 if nothing is decided
@@ -48,8 +50,8 @@ struct Passing8 {
   static Passing8 decided_by(F8 number) { return {true, number}; }
 };
 
-/// Moves hits of unit rays on to the surfaces that stop the rays. Rays keep their origins, so a passed surface leaves no
-/// trace in what lies behind.
+/// Moves hits of unit rays on to the surfaces that stop the rays. Rays keep their origins, so a passed surface does not
+/// change the hits behind it.
 Hit8 pass_surfaces(const CompiledScene& scene, M8 lanes, const Ray8& rays, Hit8 hits, Passing8& passing,
                    RenderCounters& counters);
 

@@ -1,11 +1,6 @@
 #include "common/methods/transmittance.h"
 
 namespace lightmill {
-namespace {
-
-constexpr int kMaxPassed = 1000;  ///< surfaces in a row that do not stop a ray; more are endless copies
-
-}  // namespace
 
 Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Media8& media,
                              Passing8 passing, std::uint32_t through, RenderCounters& counters) {
@@ -15,7 +10,7 @@ Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& r
   Arrival8 out{{}, rays, media, {F8(1.0f), media, M8()}, broadcast(Vec3(1)), {}};
   F8 skipped(0.0f);  // part of the way that the offset from the last surface skipped
   M8 active = lanes;
-  for (int passed = 0; active.any(); ++passed) {
+  for (std::uint32_t passed = 0; active.any(); ++passed) {
     if (const M8 overfull = active & MediumTable::overfull(out.media); has_media && overfull.any()) [[unlikely]] {
       const V8 nothing_known = broadcast(Vec3(std::numeric_limits<float>::quiet_NaN()));
       out.transmittance = select(overfull, nothing_known, out.transmittance);

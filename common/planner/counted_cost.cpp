@@ -3,8 +3,9 @@
 namespace lightmill {
 namespace {
 
-/// In rays, fitted to the CPU time of path and caustic on all of scenes/, with 1024 to 16384 photons per pass. Each fit
-/// is within 11 % (tests/bench/planner_bench, docs/evidence/accuracy.md). Pixels add no cost to that of their rays.
+/// Costs in rays, fitted to the CPU time of path and caustic on all of scenes/, with 1024 to 16384 photons per pass.
+/// Each fit is within 11 % (tests/bench/planner_bench, docs/evidence/accuracy.md). Pixels add no cost to that of their
+/// rays.
 constexpr double kGather = 2.1;
 constexpr double kGathered = 0.64;
 constexpr double kPhoton = 1;

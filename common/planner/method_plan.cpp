@@ -58,7 +58,7 @@ Verdict admit_ppm(const SceneFacts& facts) {
   constexpr double kGatherArea = 3 * 3;  // default radius, in pixels
   if (facts.pixel_share < kFewPhotons / kGatherArea) {
     return {"ppm", false,
-            fmt::format("the picture shows so little of the scene that a pixel gathers one photon of {:.0e}",
+            fmt::format("the picture shows so little of the scene that a pixel gathers one of {:.0e} photons",
                         1 / (kGatherArea * facts.pixel_share))};
   }
   return {"ppm", true, "it is for checking other methods: its noise and blur are large"};

@@ -140,9 +140,9 @@ PilotMeasure measure(std::span<const Sampled> all, const Sampled& sampled) {
   return out;
 }
 
-/// Expected variances of `path` and `caustic`, computed from `caustic` alone. Both have the variance of what both find
-/// by camera paths. `path` adds that of caustics, which it finds rarely and with large values, so few samples do not
-/// show it.
+/// Expected variances of `path` and `caustic`, computed from `caustic` alone. Both have the variance of the light that
+/// both find by camera paths. `path` adds the variance of caustics. It finds these rarely and with large values, so few
+/// samples do not show their variance.
 ///
 /// A path that hits a light of radiance L gives X = ρ L, so E[X²] = ρ L E[X], and photons give E[X]. Rough casters show
 /// the light darker and larger, as wide as their lobes, because light sampling takes a part. L is the radiance that

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kTrimmedOneIn = 1000;
 
-/// How many times less work than the simplest, on the batch with the smaller gain.
+/// Gain: work of the simplest method over work of the other one. The smaller gain of the two batches.
 double gain(const PilotMeasure& simplest, const PilotMeasure& other) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::size_t batch : {0, 1}) {
@@ -47,7 +47,7 @@ std::string compare(const std::string& simplest, const PilotMeasure& its, const 
   if (most <= 1) {
     return needs(other, 1 / most, 1 / least, simplest);
   }
-  // States that a gain by one batch, or a small one, does not decide.
+  // Explains why a small gain, or a gain on one batch, does not decide.
   return needs(simplest, least, most, other) +
          (least > kClearGain
               ? ""

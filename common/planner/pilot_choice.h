@@ -18,10 +18,10 @@ struct PilotMeasure {
   double inefficiency(std::size_t batch) const { return variance[batch] * cost[batch]; }
 };
 
-/// Threshold for missed light. A method is excluded if, on both batches, it found less light than another one, by more
-/// than this share and by more than three standard deviations of the difference. Such a method finds some light only by
-/// rare chance, so its measured variance means nothing. With normal distributions and independent pixels the chance of
-/// a false exclusion is below two in a million. Pixels of photon methods share passes.
+/// Threshold for missed light. A method is excluded if it found less light than another one on both batches. The
+/// difference must exceed this share, and three of its standard deviations. Such a method finds some light only by rare
+/// chance, so its measured variance means nothing. With normal distributions and independent pixels the chance of a
+/// false exclusion is below two in a million. Pixels of photon methods share passes.
 inline constexpr double kMissedLight = 0.01;
 /// A method other than the simplest must need this many times less work, on both batches.
 inline constexpr double kClearGain = 1.2;

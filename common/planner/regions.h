@@ -32,8 +32,8 @@ struct Region {
 
 using Regions = std::vector<Region>;
 
-/// Finds positions in one scene. It reads each mesh once. Its work has a limit, so a hostile scene takes a fraction of a
-/// second. What would exceed the limit is unknown.
+/// Finds positions in one scene. It reads each mesh once. Its work has a limit, so a hostile scene takes a fraction of
+/// a second. Positions beyond the limit are unknown.
 class Positions {
  public:
   /// A step is a comparison of a light with a region, two bytes of a mesh, or a third of a triangle.
@@ -51,8 +51,8 @@ class Positions {
   /// The same for all objects and surface meters that receive light.
   Regions receiver_regions();
 
-  /// Whether there are such positions other than the emitter's own, and an emitter of this extent is small from each.
-  /// `emitter`: null for lights, which are no objects.
+  /// Whether an emitter of this extent is small from each of these positions. Its own position is left out, and at
+  /// least one other must remain. `emitter`: null for lights, which are no objects.
   bool is_small_from(const Regions& regions, const Object* emitter, const Extent& extent);
 
   /// Whether light of a spot goes straight to one of these positions, as far as is known.

@@ -9,6 +9,7 @@
 
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
+#include "common/materials/conductor.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
 #include "common/planner/narrow_lobes.h"
@@ -33,7 +34,9 @@ std::string_view noun_of(const Material& material) {
   return std::visit(
       Overloaded{[](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
                  [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
-                 [](const auto&) { return "surface"; }},
+                 [](const OneOf<DiffuseMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial> auto&) {
+                   return "surface";
+                 }},
       material.kind);
 }
 
@@ -46,7 +49,7 @@ std::array<double, 3> burley_bound(const PrincipledMaterial& m) {
   return {base.r * kMostDiffuse + gloss, base.g * kMostDiffuse + gloss, base.b * kMostDiffuse + gloss};
 }
 
-/// Without a sheen.
+/// Upper bound of the albedo without a sheen, by channel.
 std::array<double, 3> principled_bound(const PrincipledMaterial& m) {
   if (m.burley_diffuse) {
     return burley_bound(m);
@@ -57,7 +60,7 @@ std::array<double, 3> principled_bound(const PrincipledMaterial& m) {
   return {bound(m.base_color.rgb.r), bound(m.base_color.rgb.g), bound(m.base_color.rgb.b)};
 }
 
-/// A sheen takes as much from the base as the largest component of its colour reflects.
+/// The same with its sheen, which reduces the base by the reflectance of the largest component of its colour.
 std::array<double, 3> with_sheen(const PrincipledMaterial& m, const std::array<double, 3>& base) {
   constexpr double kMostSheen = 0.3;  // of white sheen in even light, at roughness 1
   const RgbColor& c = m.sheen_color.rgb;
@@ -81,9 +84,7 @@ std::array<double, 3> albedo_of(const Material& material) {
                                  return of({d.r + s.r, d.g + s.g, d.b + s.b});
                                },
                                [&](const ConductorMaterial& m) {
-                                 const auto at_normal = [](double n, double k) {
-                                   return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k);
-                                 };
+                                 const auto at_normal = conductor::normal_reflectance<double>;
                                  return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
                                                               at_normal(m.eta.b, m.k.b)};
                                },
@@ -98,13 +99,9 @@ bool is_textured(const Material& material) {
 }
 
 bool has_sheen(const Material& material) {
-  const auto* principled = std::get_if<PrincipledMaterial>(&material.kind);
-  return principled != nullptr && !is_black(principled->sheen_color);
-}
-
-double ior_of(const Material& material) {
-  return std::visit(Overloaded{[](const DielectricMaterial& m) { return m.ior; },
-                               [](const PrincipledMaterial& m) { return m.ior; }, [](const auto&) { return 1.0; }},
+  return std::visit(Overloaded{[](const PrincipledMaterial& m) { return !is_black(m.sheen_color); },
+                               [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial,
+                                              ConductorMaterial, HoldoutMaterial> auto&) { return false; }},
                     material.kind);
 }
 
@@ -138,7 +135,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   all.index_changes = all.index_changes || (is_boundary(material) && ior_of(material) != 1);
 }
 
-/// Emitters that only rays which happen to hit them find.
+/// Whether next-event estimation never samples the emitter, so that only rays that happen to hit it find its light.
 bool is_never_sampled(const Object& object, const Material& material) {
   return std::holds_alternative<PlaneShape>(object.shape) || !uniform_opacity(material.opacity) ||
          (material.emission.texture != kNoTexture && std::holds_alternative<SphereShape>(object.shape));

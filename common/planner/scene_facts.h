@@ -1,8 +1,8 @@
 // Facts of a scene on which the choice of method depends. They come from the document and, for the size of small
 // lights, from mesh assets.
 //
-// Only what objects use counts. What only assets could tell (a black texture, overlapping shapes, a mirror that no
-// light reaches) is assumed to be the harder case.
+// Only materials and textures in use count. Facts that only assets could tell count as the harder case: a black
+// texture, overlapping shapes, a mirror that no light reaches.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,9 @@ struct SceneFacts {
   /// scatters narrowly.
   NamedItems delta_lights;
   std::size_t sized_lights = 0;  ///< lights that are no surfaces, but have a size
-  /// Sampled emitters and lights of a size that fill less than kSmallShare of all directions, as seen from each object that scatters
-  /// narrowly, as far as is known. Of a million paths through these objects, almost none hits such an emitter.
+  /// Sampled emitters and lights with a size that are small: they fill less than kSmallShare of all directions, as seen
+  /// from each object that scatters narrowly. Only known positions count. Of a million paths through these objects,
+  /// almost none hits such an emitter.
   NamedItems small_emitters;
   NamedItems distant_lights;  ///< directional lights and image environments; photons from there cover a bounded region
   std::size_t emissive_objects = 0;
@@ -47,8 +48,8 @@ struct SceneFacts {
 
   NamedItems unsampled_emitters;  ///< emissive planes, spheres with an emission texture, and emitters whose opacity
                                   ///< varies; only rays that happen to hit them find their light
-  /// Those of them that fill less than kSmallShare of all directions, as seen from each object that scatters narrowly,
-  /// or from each object that receives light, as far as is known.
+  /// Small ones among them: they fill less than kSmallShare of all directions, as seen from each object that scatters
+  /// narrowly, or from each object that receives light. Only known positions count.
   NamedItems hidden_emitters;
   bool planes = false;  ///< infinite planes
   /// Approximate share of photons spread over the scene that land in one pixel: (pixel angle · distance)² / (2 ·
@@ -65,7 +66,7 @@ struct SceneFacts {
   std::size_t meters = 0;
   NamedItems point_meters;    ///< irradiance meters
   double largest_albedo = 0;  ///< largest channel of any surface; a bound with textures
-  /// Some channel is lost only by leaving the scene. In a closed room its light never ends.
+  /// Some channel is absorbed by no surface and no medium. In a closed room its light never ends.
   bool lossless = false;
 
   std::uint64_t steps = 0;  ///< work of finding positions and sizes. Those beyond a limit of steps are unknown.

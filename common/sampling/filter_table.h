@@ -9,8 +9,8 @@
 namespace lightmill {
 
 /// Maps a uniform number to an offset whose density is proportional to the filter. The inverse of the cumulative
-/// distribution is piecewise linear with kCells cells. The density is constant within a cell, and its position is
-/// accurate to 1/kCells of the radius.
+/// distribution is piecewise linear with kCells cells. The density is constant within a cell. Offsets are accurate to
+/// 1/kCells of the radius.
 class FilterTable {
  public:
   static constexpr int kCells = 1024;

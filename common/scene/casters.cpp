@@ -8,6 +8,7 @@ namespace lightmill {
 
 bool is_caster(const Material& material) {
   const auto narrow = [](double roughness) { return roughness * roughness < kCasterAlpha; };
+  const auto receiver = [](const OneOf<DiffuseMaterial, PhongMaterial, HoldoutMaterial> auto&) { return false; };
   return std::visit(
       Overloaded{[](const MirrorMaterial&) { return true; },
                  [&](const DielectricMaterial& m) { return narrow(m.roughness); },
@@ -19,7 +20,7 @@ bool is_caster(const Material& material) {
                    return (metal || m.transmission == 1) && (glass || is_black(m.sheen_color)) && narrow(roughness) &&
                           (m.coat == 0 || narrow(m.coat_roughness));
                  },
-                 [](const auto&) { return false; }},
+                 receiver},
       material.kind);
 }
 
@@ -44,7 +45,7 @@ std::vector<CasterLobe> caster_lobes(const Material& material) {
                    const double coat = kCoatReflects * m.coat;
                    return Lobes{{1 - coat, base}, {coat, m.coat_roughness * m.coat_roughness * kFromTheSide}};
                  },
-                 [](const auto&) {
+                 [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, HoldoutMaterial> auto&) {
                    return Lobes{{1, 0}};
                  }},
       material.kind);

@@ -12,8 +12,8 @@ inline constexpr double kCasterAlpha = 0.1;
 
 /// Whether the material is a caster (C) or a receiver (D). Light paths are classified by their start: light → C⁺ → D …
 /// Casters are mirrors, dielectrics and metals with alpha below kCasterAlpha. So are principled materials without a
-/// diffuse part or sheen, if every lobe is as narrow. Anisotropic metal counts with its mean roughness. Roughness maps multiply the roughness by at most 1, so they make no caster
-/// a receiver. A metallic map leaves a diffuse part.
+/// diffuse part or sheen, if every lobe is as narrow. Anisotropic metal counts with its mean roughness. Roughness maps
+/// multiply the roughness by at most 1, so they make no caster a receiver. A metallic map leaves a diffuse part.
 bool is_caster(const Material& material);
 
 /// One of the lobes of a caster.
@@ -28,7 +28,7 @@ struct CasterLobe {
 /// that continue beside and below the ball, cos θ < 0.7, the mean of 1/cos θ is 2.86. A coat reflects 13 % of these
 /// (Schlick).
 ///
-/// Glass: it turns light by |n − 1| times the tilt of its normal, and metal by twice the tilt. It spreads light wider
+/// Glass deflects light by |n − 1| times the tilt of its normal, and metal by twice the tilt. Glass spreads light wider
 /// at slanted exits. Twice as wide is close to measurements on balls.
 ///
 /// A material with a roughness map counts as smooth.

@@ -21,8 +21,8 @@ struct Mesh {
   /// Empty, or one (u, v) per position. u grows to the right of the image and v upwards, as in OBJ files: (0, 0) is the
   /// lower left corner of the image, (1, 1) the upper right one. glTF counts v downwards.
   std::vector<std::array<float, 2>> texture_coordinates;
-  /// Empty, or linear red, green, blue and alpha of each position, each in [0, 1]. They multiply a surface's reflectance
-  /// and opacity.
+  /// Empty, or linear red, green, blue and alpha of each position, each in [0, 1]. They multiply a surface's
+  /// reflectance and opacity.
   std::vector<std::array<float, 4>> colors;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   /// Empty, or one (x, y, z, sign) per position, for normal maps: the direction of u, a unit vector. That of v is the

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 
+#include "common/base/number_text.h"
+#include "common/wire/limits.h"
+
 namespace lightmill {
 namespace {
 
 constexpr std::uint64_t kMaxObjBytes = std::uint64_t{4} << 30;
 constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMostNameBytes = std::uint64_t{64} << 20;  ///< more than a packed scene can have
 
 }  // namespace
 
@@ -30,6 +34,22 @@ Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::pa
                               LoadedScene& loaded) {
   LM_ASSIGN_OR_RETURN(std::string bytes, with_context(files.read(path, kMaxImageBytes), image.place));
   return add_image(std::move(bytes), std::move(image), loaded);
+}
+
+Status add_object(Object object, LoadedScene& loaded) {
+  const auto* mesh = std::get_if<MeshShape>(&object.shape);
+  loaded.name_bytes += object.name.size() + (mesh == nullptr ? 0 : mesh->file.size());
+  if (loaded.scene.objects.size() == kMaxSceneEntries) {
+    return invalid_argument("the scene has more than {} objects", kMaxSceneEntries);
+  }
+  if (loaded.assets.size() > kMaxAssets) {
+    return invalid_argument("the scene has more than {} different meshes and images", kMaxAssets);
+  }
+  if (loaded.name_bytes > kMostNameBytes) {
+    return invalid_argument("the names of the scene's objects have more than {}", human_bytes(kMostNameBytes));
+  }
+  loaded.scene.objects.push_back(std::move(object));
+  return ok_status();
 }
 
 Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path, Faults& faults) {

@@ -6,8 +6,8 @@
 namespace lightmill {
 namespace {
 
-/// Mean reflectance of a smooth surface for uniform light from inside (Walter et al. 2007 give the Fresnel equations):
-/// what does not enter from outside leaves η² times as rarely.
+/// Mean reflectance of a smooth surface for uniform light from inside (Fresnel equations as in Walter et al. 2007). The
+/// mean transmittance from inside is 1/η² of that from outside.
 double inner_reflectance(double ior) {
   constexpr int kSteps = 256;
   double outer = 0;

@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// `of` each component. With a texture, this is exact for texels of 1/2.
+/// Applies `of` to each component. With a texture, this is exact for texels of 1/2.
 TexturedColor changed_albedo(const TexturedColor& albedo, const std::function<double(double)>& of);
 
 /// The albedo of a diffuse surface below a coat of this index, as the base colour of a principled material. Light that

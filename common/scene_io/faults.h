@@ -11,14 +11,13 @@
 
 namespace lightmill {
 
-/// A list of faults with their places, and of what was done instead. Faults of one kind share one notice, so the list
-/// stays short.
+/// A list of faults with their places and remedies. Faults of one kind share one notice, so the list stays short.
 class Faults {
  public:
   static constexpr std::size_t kMostKinds = 100;  ///< that are named
 
-  /// `fault` begins with its place: "box.obj:12: …". `answer` says what is done instead: "the face is skipped". Both may
-  /// contain any bytes.
+  /// `fault` begins with its place: "box.obj:12: …". `answer` says what is done instead: "the face is skipped". Both
+  /// may contain any bytes.
   void add(std::string_view kind, std::string_view fault, std::string_view answer);
 
   bool empty() const { return kinds_.empty(); }

@@ -16,8 +16,8 @@ class FileFinder {
   /// `files` must outlive it.
   explicit FileFinder(const SceneFiles& files) : files_(files) {}
 
-  /// The name, below `folder`, of the file that `written` means: the file itself; else the one with slashes instead of
-  /// backslashes, in any case; else the one in `folder` that has its last part as its name, in any case.
+  /// The name, below `folder`, of the file that `written` means. The first of these that exists: the file itself; the
+  /// one with slashes instead of backslashes, in any case; the one in `folder` with its last part as name, in any case.
   std::optional<std::string> find(const std::filesystem::path& folder, const std::string& written);
 
  private:

@@ -66,7 +66,8 @@ Result<LoadedScene> load_files(const std::vector<fs::path>& paths, const LoadOpt
   }
   const bool light_the_dark = options.sky == SkyChoice::automatic;
   const auto read = [&](std::string bytes, const std::string& name, FileSource named) {
-    return read_gltf(std::move(bytes), name, {.moment = options.moment, .light_the_dark = light_the_dark},
+    return read_gltf(std::move(bytes), name,
+                     {.moment = options.moment, .light_the_dark = light_the_dark, .decode_mesh = options.decode_mesh},
                      std::move(named));
   };
   return is_gltf(paths[0]) ? load_with(read, paths[0], kMaxFileBytes, files)

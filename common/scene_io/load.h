@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/image/decoder/compressed_mesh.h"
 #include "common/scene/document.h"
 #include "common/scene_io/faults.h"
 #include "common/scene_io/mtl.h"
@@ -42,13 +43,14 @@ struct LoadedScene {
   std::vector<std::string> notices;      ///< what was assumed or left out, and the faults, for people
   Faults faults;                         ///< of the files
   std::vector<NamedCamera> cameras;      ///< of the file; the first is the scene's unless another was chosen
+  std::uint64_t name_bytes = 0;          ///< of the names and files of objects (add_object)
 };
 
 /// Sets the scene's camera, and the film's width if the camera has an aspect.
 void use_camera(const NamedCamera& camera, Scene& scene);
 
-/// Sets the scene's camera as `--camera` says: the name of one of `loaded.cameras`, its number from 1, `auto` for a view
-/// of all, else a JSON file with a camera.
+/// Sets the scene's camera as `--camera` says: the name of one of `loaded.cameras`, its number from 1, `auto` for a
+/// view of all, else a JSON file with a camera.
 Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedScene& loaded);
 
 /// A file's ending in lower case, as ".json". Empty if it has none.
@@ -67,6 +69,7 @@ struct LoadOptions {
   std::optional<AnimationMoment> moment;       ///< of glTF files; none: nodes and meshes as they are modelled
   bool strict = false;                         ///< refuses files with faults
   const SceneFiles* files = &files_on_disk();  ///< the files that can be read; must outlive the call
+  MeshDecoder decode_mesh = {};                ///< of glTF files; without one, compressed meshes are refused
 };
 
 /// Loads a scene from:

@@ -53,8 +53,7 @@ class DocumentLoader {
   Status add_object(std::size_t index, const Object& object) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr) {
-      loaded_.scene.objects.push_back(object);
-      return ok_status();
+      return keep(object);
     }
     const std::string field = fmt::format("objects[{}].mesh.file", index);
     const fs::path path = folder_ / shape->file;
@@ -65,20 +64,15 @@ class DocumentLoader {
     }
     const ObjFile& file = found->second;
     if (!file_.draft.material_by_face[index]) {
-      std::vector<const ObjPart*> parts;
-      for (const ObjPart& part : file.parts) {
-        parts.push_back(&part);
-      }
-      return add_part(object, object.material, object.name, file, parts);
+      return add_parts(object, object.material, object.name, file, file.parts);
     }
     for (const ObjPart& part : file.parts) {
       Result<std::uint32_t> material = material_of(part, path, field);
       if (!material.ok()) {
         return material.status();
       }
-      const std::array<const ObjPart*, 1> parts{&part};
       const std::string name = object.name.empty() ? part.material : object.name + "/" + part.material;
-      LM_RETURN_IF_ERROR(add_part(object, *material, name, file, parts));
+      LM_RETURN_IF_ERROR(add_parts(object, *material, name, file, {&part, 1}));
     }
     return ok_status();
   }
@@ -105,16 +99,24 @@ class DocumentLoader {
     return ok_status();
   }
 
-  Status add_part(const Object& object, std::uint32_t material, const std::string& name, const ObjFile& file,
-                  std::span<const ObjPart* const> parts) {
+  Status add_parts(const Object& object, std::uint32_t material, const std::string& name, const ObjFile& file,
+                   std::span<const ObjPart> parts) {
     MeshShape shape = std::get<MeshShape>(object.shape);
-    const auto [known, added] = meshes_.try_emplace({parts.front(), parts.size()});
+    const auto [known, added] = meshes_.try_emplace({parts.data(), parts.size()});
     if (added) {
-      LM_ASSIGN_OR_RETURN(known->second, add_mesh(make_mesh(file, parts), loaded_));
+      std::vector<const ObjPart*> all;
+      for (const ObjPart& part : parts) {
+        all.push_back(&part);
+      }
+      LM_ASSIGN_OR_RETURN(known->second, add_mesh(make_mesh(file, all), loaded_));
     }
     shape.asset = known->second;
-    loaded_.scene.objects.push_back({name, material, shape, object.transform});
-    return ok_status();
+    return keep({name, material, shape, object.transform});
+  }
+
+  Status keep(Object object) {
+    const Status added = lightmill::add_object(std::move(object), loaded_);
+    return added.ok() ? ok_status() : with_context(added, file_.source.place("objects"));
   }
 
   Result<std::uint32_t> material_of(const ObjPart& part, const fs::path& path, const std::string& field) const {

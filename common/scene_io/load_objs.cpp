@@ -1,4 +1,5 @@
 #include <map>
+#include <set>
 
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
@@ -23,7 +24,7 @@ struct ObjWithMaterials {
   bool libraries_are_missing = false;          ///< some of them
 };
 
-/// The file that a name means. What differs from the name is a fault. `place` ends with a colon and a blank.
+/// The file that a name means. A difference from the name is a fault. `place` ends with a colon and a blank.
 std::optional<std::string> find_file(FileFinder& finder, const fs::path& folder, const std::string& written,
                                      const std::string& place, Faults& faults) {
   std::optional<std::string> found = finder.find(folder, written);
@@ -77,8 +78,12 @@ bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
 
 /// Loads the libraries of a file. The first of several materials with one name counts.
 Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, FileFinder& finder, LoadedScene& loaded) {
+  std::set<fs::path> read;
   for (const ObjLibrary& library : file.obj.libraries) {
     for (const fs::path& path : library_files(file, library, finder, loaded.faults)) {
+      if (!read.insert(path).second) {
+        continue;
+      }
       LM_ASSIGN_OR_RETURN(
           const std::string text,
           with_context(files.read(path, kMaxMtlBytes), fmt::format("{}:{}: mtllib", file.path.string(), library.line)));
@@ -99,29 +104,38 @@ Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, FileFinde
   return ok_status();
 }
 
-/// The materials of all files as one list. Equal materials are shared. Different ones with one name get their file's
+/// The materials of all files as one list. Equal materials are shared. Different materials of one name get their file's
 /// name as well.
 class MaterialList {
  public:
   /// Index of a file's material in the list.
   std::uint32_t add(MtlMaterial material) {
+    std::string base;
     for (int round = 1;; ++round) {
       const auto [found, added] = index_.try_emplace(material.name, all_.size());
       if (added) {
         all_.push_back(material);
       }
-      if (added || same_definition(all_[found->second], material)) {
+      if (added || (round < kMostCompared && same_definition(all_[found->second], material))) {
         return static_cast<std::uint32_t>(found->second);
       }
       const std::string file = utf8_text(fs::path(material.file).filename().string());
-      material.name = round == 1 ? fmt::format("{} ({})", material.name, file) : fmt::format("{}'", material.name);
+      if (round < kMostCompared) {
+        material.name = round == 1 ? fmt::format("{} ({})", material.name, file) : fmt::format("{}'", material.name);
+        continue;
+      }
+      base = round == kMostCompared ? material.name : base;
+      material.name = fmt::format("{} {}", base, ++numbers_[base]);
     }
   }
   std::vector<MtlMaterial> take() { return std::move(all_); }
 
  private:
+  static constexpr int kMostCompared = 10;  ///< materials of one name and file name; others are not shared
+
   std::vector<MtlMaterial> all_;
   std::map<std::string, std::size_t> index_;
+  std::map<std::string, std::size_t> numbers_;  ///< the last one of each name
 };
 
 /// The material of a part. It is added to the list.
@@ -225,8 +239,10 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, boo
       const std::array<const ObjPart*, 1> parts{&part};
       LM_ASSIGN_OR_RETURN(const Sha256 asset, add_mesh(make_mesh(file.obj, parts), loaded));
       const std::string stem = utf8_text(path.stem().string());
-      loaded.scene.objects.push_back({part.material.empty() ? stem : stem + "/" + part.material, material,
-                                      MeshShape{utf8_text(path.filename().string()), asset}});
+      LM_RETURN_IF_ERROR(with_context(add_object({part.material.empty() ? stem : stem + "/" + part.material, material,
+                                                  MeshShape{utf8_text(path.filename().string()), asset}},
+                                                 loaded),
+                                      path.string()));
     }
     loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_text(path.stem().string());
   }

@@ -10,7 +10,8 @@ inline constexpr std::uint64_t kMaxDocumentBytes = std::uint64_t{64} << 20;
 /// Loads a scene document with the meshes and other files that it names.
 Result<LoadedScene> load_document(const std::filesystem::path& path, const SceneFiles& files);
 
-/// Loads OBJ files with their materials. Adds a camera, and a sky if nothing lights the scene and `light_the_dark` is set.
+/// Loads OBJ files with their materials. Adds a camera, and a sky if nothing lights the scene and `light_the_dark` is
+/// set.
 Result<LoadedScene> load_objs(std::span<const std::filesystem::path> paths, KaMeaning ka, bool light_the_dark,
                               const SceneFiles& files);
 

@@ -11,8 +11,8 @@ void reverse_orientation(Mesh& mesh);
 /// Turns triangles whose geometric normal opposes their shading normals. The mesh must have shading normals.
 void follow_normals(Mesh& mesh);
 
-/// Gives each vertex the mean of its triangles' normals, weighted by their angles there (Thürmer and Wüthrich 1998). The
-/// mesh stays flat if it has a vertex whose normals cancel.
+/// Gives each vertex the mean of its triangles' normals, weighted by their angles there (Thürmer and Wüthrich 1998).
+/// The mesh stays flat if it has a vertex whose normals cancel.
 void add_normals(Mesh& mesh);
 
 /// Gives each vertex the mean direction of u. That of v is normal × direction.

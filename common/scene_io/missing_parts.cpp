@@ -60,7 +60,7 @@ void add_missing_light(LoadedScene& loaded) {
     loaded.notices.emplace_back("nothing emits light: an even white sky was added (--sky off leaves it out)");
   } else if (!is_course_cornell_box(bounds_of(loaded)) && !is_lit(loaded)) {
     loaded.notices.emplace_back(
-        "what emits light does not light the rest: an even white sky was added (--sky off leaves it out)");
+        "the emissive surfaces do not light the others: an even white sky was added (--sky off leaves it out)");
   } else {
     return;
   }

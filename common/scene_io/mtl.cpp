@@ -31,7 +31,7 @@ bool is_rendered(std::string_view keyword) {
          keyword == "map_Pm" || keyword == "map_d" || keyword == "norm" || keyword == "map_Bump" || keyword == "bump";
 }
 
-/// Takes up to `most` numbers from the begin of the text.
+/// Takes up to `most` numbers from the beginning of the text.
 std::vector<double> take_numbers(std::string_view& text, std::size_t most) {
   std::vector<double> out;
   while (out.size() < most) {
@@ -56,7 +56,7 @@ class MapReader {
   }
 
   Status read() {
-    // A file name may begin with a minus, too. What is not an option is the name.
+    // A file name may begin with a minus, too. The name begins with the first word that is no option.
     for (std::string_view after = rest_;; after = rest_) {
       option_ = take_word(after);
       const std::string_view before = rest_;

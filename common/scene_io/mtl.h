@@ -89,14 +89,15 @@ enum class KaMeaning { automatic, emission, ambient };
 /// - others: diffuse, with a notice
 /// With Pr or Pm: principled, whatever illum is. It transmits if illum means glass (4).
 ///
-/// d, else 1 − Tr, times map_d is the opacity, except of what light enters. map_d is the alpha channel if it is the file of
-/// map_Kd, else the luminance. If no material is visible at all, d is left out with a notice: some programs write it the
-/// other way round.
+/// The opacity is d (else 1 − Tr) times map_d. Materials that light enters have none. map_d is the alpha channel if it
+/// is the file of map_Kd, else the luminance. If no material is visible at all, d is left out with a notice, because
+/// some programs write it the other way round.
+///
 /// norm is a normal map, and map_Bump and bump are heights times -bm. A bump map whose name says so is read as a normal
 /// map, because programs write these there.
 ///
 /// Maps multiply their colour, which is white if absent. They become textures whose `file` is a path and whose asset is
-/// not set. Colours above 1 are cut, with a notice. What is assumed of Ka is a notice. A part that is left out of
+/// not set. Colours above 1 are cut, with a notice. An assumption about Ka is a notice. A part that is left out of
 /// several materials is one notice, with the first place and their number. The names differ: callers keep the first
 /// material of each name.
 void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scene& scene,

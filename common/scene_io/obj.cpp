@@ -16,7 +16,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<double, 3> kUnreadable{kNaN, kNaN, kNaN};  ///< position of a vertex that cannot be read
 
-/// One pass over the file. Faces that name what follows them wait for its end.
+/// One pass over the file. Faces that refer to later entries wait for its end.
 class ObjReader {
  public:
   ObjReader(std::string_view text, const std::string& file_name, Faults& faults)
@@ -47,7 +47,7 @@ class ObjReader {
   }
 
  private:
-  /// A face that names what follows it in the file.
+  /// A face that refers to later entries of the file.
   struct LateFace {
     std::size_t begin;  ///< in late_corners_
     std::size_t part;
@@ -58,7 +58,7 @@ class ObjReader {
   void skip(std::string_view keyword, const Status& odd) {
     const std::string_view answer = keyword == "f"        ? "the face is skipped"
                                     : keyword == "v"      ? "the faces there are skipped"
-                                    : keyword == "vn"     ? "it does not count"
+                                    : keyword == "vn"     ? "it is ignored"
                                     : keyword == "vt"     ? "it counts as (0, 0)"
                                     : keyword == "usemtl" ? "the faces are rendered as grey diffuse"
                                                           : "the line is skipped";
@@ -227,7 +227,7 @@ class ObjReader {
       odd = lines_.error("f: v, v/t, v//n or v/t/n is expected, got \"{}\"", word);
     }
     if (!odd.ok()) {
-      faults_.add("obj corner", message_of(odd), "the index does not count");
+      faults_.add("obj corner", message_of(odd), "the index is ignored");
     }
     return ok_status();
   }
@@ -256,7 +256,7 @@ class ObjReader {
     return add_face(lines_.line());
   }
 
-  /// Adds the faces that name what follows them.
+  /// Adds the faces that refer to later entries.
   void add_late_faces() {
     for (std::size_t i = 0; i < late_faces_.size(); ++i) {
       const LateFace& face = late_faces_[i];
@@ -283,7 +283,7 @@ class ObjReader {
     };
     const auto drop_unless_there = [&](std::uint32_t& index, std::size_t count, std::string_view what) {
       if (index != kNoIndex && index >= count) {
-        faults_.add("obj corner", message_of(out_of_range(index, count, what)), "the index does not count");
+        faults_.add("obj corner", message_of(out_of_range(index, count, what)), "the index is ignored");
         index = kNoIndex;
       }
     };
@@ -369,7 +369,7 @@ class ObjReader {
   ObjColors colors_;
   std::size_t part_ = 0;  ///< index of the part to which faces are added
   std::unordered_map<std::string, std::size_t> part_of_;
-  SmoothRun smooth_run_{};              ///< the faces since the last s or usemtl: their begin and group
+  SmoothRun smooth_run_{};              ///< the faces since the last s or usemtl: first one and group
   std::vector<SmoothRun> smooth_runs_;  ///< earlier runs in a group
   std::vector<LateFace> late_faces_;
   std::vector<ObjCorner> late_corners_;

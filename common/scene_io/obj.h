@@ -54,8 +54,8 @@ struct ObjFile {
 /// Reads an OBJ file:
 /// - v, vt (u and v), vn
 /// - colours after the coordinates of v, sRGB-encoded: from 0 to 1, or as whole numbers from 0 to 255
-/// - f (v, v/t, v//n, v/t/n; negative numbers count from the end). Polygons are triangulated, also concave ones. What a
-///   face names may follow it.
+/// - f (v, v/t, v//n, v/t/n; negative numbers count from the end). Polygons are triangulated, also concave ones. A face
+///   may refer to later entries.
 /// - s: corners without a normal get the mean of the normals of the group's faces there, weighted by their angles
 /// - usemtl, mtllib. o and g are skipped, because they only name things.
 /// A wrong statement is skipped and added to the faults: "box.obj:12: what is wrong, what is expected". A vertex that

@@ -9,8 +9,9 @@
 namespace lightmill {
 
 /// The faces of a file as triangles, in its order. Polygons are cut (polygon.h). Vertices may have normals (nx, ny, nz)
-/// and texture coordinates (u, v, or s, t, or texture_u, texture_v). v grows upwards. If a normal has no length, the mesh
-/// has no normals. Other elements and properties are skipped. The mesh is valid. Errors begin with the file's name.
+/// and texture coordinates (u, v, or s, t, or texture_u, texture_v). v grows upwards. If a normal has no length, the
+/// mesh has no normals. Other elements and properties are skipped. The mesh is valid. Errors begin with the file's
+/// name.
 Result<Mesh> read_ply(std::string_view bytes, const std::string& file_name);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Rough surfaces with two alphas, as other renderers have them.
+// Conversion of two GGX alphas, along u and along v, to a roughness and an anisotropy.
 #pragma once
 
 #include "common/scene/document/material.h"
@@ -9,8 +9,8 @@ struct RoughAxes {
   double roughness = 0;  ///< √alpha across the direction of the anisotropy
   Anisotropy anisotropy = {};
 };
-/// GGX with these alphas along u and along v, each in [0, 1]. It is exact, but the smaller alpha of two that differ is at
-/// least kLeastAnisotropicAlpha.
+/// The roughness and anisotropy of these alphas, each in [0, 1]. The conversion is exact. But if they differ, the
+/// smaller one counts as kLeastAnisotropicAlpha at least.
 RoughAxes rough_axes(double alpha_u, double alpha_v);
 
 }  // namespace lightmill

@@ -13,7 +13,7 @@ inline constexpr double kNoLength = 1e-290;
 /// The unit normal of a triangle's plane; (0, 0, 1) if it has none.
 std::array<float, 3> face_normal(const ObjFile& file, const ObjTriangle& triangle);
 
-/// Whether a triangle has one. It is none if corners coincide or lie on a line.
+/// Whether a triangle has an area, so that it has a normal. It has none if corners coincide or lie on a line.
 bool has_area(const ObjFile& file, const ObjTriangle& triangle);
 
 /// Consecutive triangles of one part in one smoothing group.

@@ -27,8 +27,9 @@ struct Spectrum {
 
 inline constexpr std::size_t kMostSpectrumSamples = 100'000;
 
-/// A spectrum of pairs of a wavelength in nanometres and a value: these numbers, or those of a text file if `file` names
-/// one (comments begin with #). Refused unless there is a pair, the wavelengths ascend, and the values are in [0, 1e20].
+/// A spectrum of pairs of a wavelength in nanometres and a value: these numbers, or those of a text file if `file`
+/// names one (comments begin with #). Refused unless there is a pair, the wavelengths ascend, and the values are in
+/// [0, 1e20].
 Result<Spectrum> read_spectrum(const std::vector<double>& numbers, const std::string& file, FileSource& files);
 
 /// Planck's law, up to a factor. `kelvin` must be positive.

@@ -17,9 +17,9 @@ struct Statement {
   int line = 0;           ///< from 1; of the statement's first line
 };
 
-/// Cuts a text into statements. A leading UTF-8 byte order mark is skipped. Lines end with LF, CRLF or CR. A backslash at
-/// the end of a line continues it. A comment goes from a # at the begin of a word to the end of the line. The views are
-/// valid until the next call of next(), and no longer than the text.
+/// Cuts a text into statements. A leading UTF-8 byte order mark is skipped. Lines end with LF, CRLF or CR. A backslash
+/// at the end of a line continues it. A comment goes from a # at the beginning of a word to the end of the line. The
+/// views are valid until the next call of next(), and no longer than the text.
 class StatementReader {
  public:
   /// `file_name` is for messages.

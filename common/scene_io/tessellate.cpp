@@ -43,7 +43,7 @@ Mesh tessellate(const Surface& surface, std::uint32_t across, std::uint32_t alon
 
 Mesh disk_mesh(double inner_radius, double degrees) {
   const Arc arc(degrees);
-  // A triangle with two sides r has r² sin(step) / 2 of r² step / 2.
+  // A triangle with two sides r has the area r² sin(step) / 2, and its sector r² step / 2.
   const double wider = std::sqrt(arc.step() / std::sin(arc.step()));
   return tessellate(
       [&](double u, double v) -> PatchPoint {

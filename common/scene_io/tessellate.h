@@ -14,14 +14,14 @@ struct PatchPoint {
 };
 using Surface = std::function<PatchPoint(double u, double v)>;
 
-/// `across` × `along` cells of two triangles each. Their geometric normal is on the side of ∂u × ∂v. Texture coordinates
-/// are (u, v). Normals are omitted unless `smooth`.
+/// `across` × `along` cells of two triangles each. Their geometric normal is on the side of ∂u × ∂v. Texture
+/// coordinates are (u, v). Normals are omitted unless `smooth`.
 Mesh tessellate(const Surface& surface, std::uint32_t across, std::uint32_t along, bool smooth);
 
 inline constexpr std::uint32_t kCircleSteps = 256;  ///< of a full circle
 
-// The surfaces begin at +x, turn towards +y and end at `degrees`, along u. Their parts have the area of the curved ones:
-// radii are slightly larger than 1 at the corners of disks and cylinders.
+// The surfaces begin at +x, turn towards +y and end at `degrees`, along u. Their parts have the area of the curved
+// ones: radii are slightly larger than 1 at the corners of disks and cylinders.
 
 /// In the plane z = 0, facing +z: v goes from radius 1 to `inner_radius`.
 Mesh disk_mesh(double inner_radius, double degrees);

@@ -11,8 +11,7 @@ namespace lightmill {
 Transform compose(const Transform& a, const Transform& b);
 Transform translation(const Point3d& by);
 Transform scaling(const Point3d& by);
-/// About an axis through the origin, counter-clockwise for those who see it point towards them. The axis must not be
-/// zero.
+/// About an axis through the origin, counter-clockwise when the axis points to the viewer. The axis must not be zero.
 Transform rotation(double degrees, const Point3d& axis);
 /// Nothing if the map flattens space (spans_space).
 std::optional<Transform> inverse(const Transform& t);
@@ -22,15 +21,15 @@ Point3d map_vector(const Transform& t, const Point3d& v);
 /// The factor of all lengths, if the map has one to a relative error of 1e-4.
 std::optional<double> similarity_scale(const Transform& t);
 
-/// The map of what stands at `eye`, looks along its +z to `at`, and has its +y towards `up`: x is y × z. Nothing if the
+/// The map of an object at `eye` whose +z points to `at` and whose +y points towards `up`: x is y × z. Nothing if the
 /// points are one, or `up` is along the view.
 std::optional<Transform> looking_at(const Point3d& eye, const Point3d& at, const Point3d& up);
 
 /// The map that mirrors x.
 inline constexpr Transform kMirrorX{{{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
-/// The eye, target and up direction of a camera whose own coordinates `to_scene` maps: it is at the origin, looks along
-/// +z, and +y is up. The rest has defaults.
+/// The eye, target and up direction of a camera. `to_scene` maps its own coordinates, in which it is at the origin,
+/// looks along +z, and +y is up. The rest has defaults.
 Camera camera_along_z(const Transform& to_scene);
 
 }  // namespace lightmill

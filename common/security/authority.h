@@ -1,4 +1,4 @@
-// A private certificate authority: creates itself, and certificates for servers, workers and people.
+// A private certificate authority, and the certificates that it issues to servers, workers and people.
 //
 // Keys are ECDSA on P-256. Serial numbers are random. Certificates state their permitted use, so that a worker cannot
 // pose as the coordinator.

@@ -18,6 +18,12 @@ inline constexpr const char* kCertificateVariable = "LIGHTMILL_TLS_CERT";
 inline constexpr const char* kKeyVariable = "LIGHTMILL_TLS_KEY";
 inline constexpr const char* kTokenFileVariable = "LIGHTMILL_TOKEN_FILE";
 
+/// Whether a call failed because of who made it: the caller is unknown, may not do this, or has reached a limit.
+inline bool is_refusal(const Status& status) {
+  return status.code() == StatusCode::kUnauthenticated || status.code() == StatusCode::kPermissionDenied ||
+         status.code() == StatusCode::kResourceExhausted;
+}
+
 /// The paths as given.
 struct CallerFiles {
   TlsFiles tls;

@@ -1,4 +1,4 @@
-// The reason of a failed connection to a farm, in words. gRPC says of most handshakes only that they failed.
+// The reason for a failed connection to a farm, in words. gRPC only says that a handshake failed.
 #pragma once
 
 #include <optional>

@@ -30,7 +30,7 @@ Result<std::string> read_authority(const std::string& file, std::int64_t now_uni
   LM_ASSIGN_OR_RETURN(std::string pem, read_file(file, kMaxFileBytes));
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, read_certificates(pem));
   if (!all.front().authority) {
-    return failed_precondition("the certificate of '{}' is not of an authority", all.front().name);
+    return failed_precondition("the certificate of '{}' is not that of an authority", all.front().name);
   }
   if (all.size() == 1) {  // if there are several, some may be expired
     LM_RETURN_IF_ERROR(check_time(all.front(), now_unix_s));

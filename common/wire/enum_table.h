@@ -1,4 +1,4 @@
-// Tables of an enumerator and what stands for it in messages or rows, read in both directions.
+// Tables of enumerators and their codes in messages or rows, read in both directions.
 #pragma once
 
 #include <algorithm>

@@ -96,7 +96,7 @@ void to_wire(const PixelRect& rect, v1::PixelRect* out) {
 }
 
 Result<PixelRect> from_wire(const v1::PixelRect& rect) {
-  const auto within = [](int value) { return value >= 0 && value <= kMaxFilmSide; };
+  const auto within = [](int value) { return value == 0 || is_film_side(value); };
   if (!within(rect.x()) || !within(rect.y()) || !within(rect.width()) || !within(rect.height())) {
     return invalid_argument("rectangle numbers must be 0 to {}, got x {}, y {}, width {}, height {}", kMaxFilmSide,
                             rect.x(), rect.y(), rect.width(), rect.height());
@@ -153,7 +153,8 @@ void to_wire(const Goal& goal, v1::Goal* out) {
 }
 
 Result<Goal> from_wire(const v1::Goal& goal) {
-  const Goal out{goal.samples(), goal.seconds(), goal.error(), goal.adaptive()};
+  const Goal out{
+      .samples = goal.samples(), .seconds = goal.seconds(), .error = goal.error(), .adaptive = goal.adaptive()};
   LM_RETURN_IF_ERROR(check_goal(out));
   return out;
 }
@@ -166,7 +167,7 @@ void to_wire(const JobSpec& spec, v1::JobSpec* out) {
   out->set_priority(spec.priority);
   to_wire(spec.goal, out->mutable_goal());
   to_wire(spec.settings, out->mutable_settings());
-  out->set_verify_share(spec.verify_share);
+  out->set_verify_share(spec.audit_share);
   out->set_allow_mixed(spec.allow_mixed);
 }
 
@@ -181,8 +182,8 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
   out.parent = JobId{spec.parent()};
   out.priority = spec.priority();
   if (spec.has_verify_share()) {
-    LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share()));
-    out.verify_share = spec.verify_share();
+    LM_RETURN_IF_ERROR(check_audit_share(spec.verify_share()));
+    out.audit_share = spec.verify_share();
   }
   out.allow_mixed = spec.allow_mixed();
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(spec.goal()));
@@ -212,13 +213,18 @@ void to_wire(const JobCounters& counters, v1::JobCounters* out) {
   out->set_leases_lost(counters.leases_lost);
   out->set_copies_leased(counters.copies_leased);
   out->set_non_finite(counters.non_finite);
-  out->set_results_verified(counters.results_verified);
+  out->set_results_verified(counters.results_audited);
   out->set_nodes_dropped(counters.nodes_dropped);
 }
 
 JobCounters from_wire(const v1::JobCounters& counters) {
-  return {counters.results_merged(), counters.results_duplicate(), counters.leases_lost(),  counters.copies_leased(),
-          counters.non_finite(),     counters.results_verified(),  counters.nodes_dropped()};
+  return {.results_merged = counters.results_merged(),
+          .results_duplicate = counters.results_duplicate(),
+          .leases_lost = counters.leases_lost(),
+          .copies_leased = counters.copies_leased(),
+          .non_finite = counters.non_finite(),
+          .results_audited = counters.results_verified(),
+          .nodes_dropped = counters.nodes_dropped()};
 }
 
 void to_wire(const ErrorPoint& point, v1::ErrorPoint* out) {
@@ -229,30 +235,39 @@ void to_wire(const ErrorPoint& point, v1::ErrorPoint* out) {
 }
 
 ErrorPoint from_wire(const v1::ErrorPoint& point) {
-  return {point.samples(), point.worker_seconds(), point.error().rel_mse(), point.error().half_width()};
+  return {.samples = point.samples(),
+          .worker_seconds = point.worker_seconds(),
+          .rel_mse = point.error().rel_mse(),
+          .half_width = point.error().half_width()};
 }
 
 void to_wire(const JobStatus& status, v1::Job* out) {
+  const JobSpec& spec = status.spec;
+  const RenderSettings& settings = spec.settings;
   out->set_id(status.id.value);
-  out->set_name(status.name);
-  out->set_owner(status.owner);
-  out->set_host(status.host);
-  out->set_method(status.method);
+  out->set_name(spec.name);
+  out->set_owner(spec.owner);
+  out->set_host(spec.host);
+  out->set_method(settings.method);
   if (status.method_notes != MethodNotes{}) {
     to_wire(status.method_notes, out->mutable_method_notes());
   }
   out->set_fingerprint_class(status.fingerprint_class);
-  out->set_parent(status.parent.value);
+  out->set_parent(spec.parent.value);
   out->set_state(to_wire(status.state));
   out->set_reason(status.reason);
   out->set_reached(to_wire(status.reached));
-  out->set_priority(status.priority);
-  to_wire(status.goal, out->mutable_goal());
-  out->set_width(status.width);
-  out->set_height(status.height);
-  to_wire(status.crop, out->mutable_crop());
-  out->mutable_layers()->Add(status.layers.begin(), status.layers.end());
-  out->set_seed(status.seed);
+  out->set_priority(spec.priority);
+  to_wire(spec.goal, out->mutable_goal());
+  out->set_width(settings.width);
+  out->set_height(settings.height);
+  to_wire(settings.crop, out->mutable_crop());
+  for (const LayerSpec& layer : settings.layers) {
+    if (layer.name != kBeautyLayer) {
+      out->add_layers(layer.name);
+    }
+  }
+  out->set_seed(settings.seed);
   out->set_samples_done(status.samples_done);
   out->set_samples_wanted(status.samples_wanted);
   out->set_min_tile_samples(status.min_tile_samples);
@@ -270,9 +285,9 @@ void to_wire(const JobStatus& status, v1::Job* out) {
     to_wire(point, out->add_history());
   }
   to_wire(status.counters, out->mutable_counters());
-  out->set_verify_share(status.verify_share);
-  out->set_allow_mixed(status.allow_mixed);
-  out->set_results_unverified(status.results_unverified);
+  out->set_verify_share(spec.audit_share);
+  out->set_allow_mixed(spec.allow_mixed);
+  out->set_results_unverified(status.results_unaudited);
   out->set_one_identity(status.one_identity);
   out->set_audits_lost(status.audits_lost);
   out->set_submitted_unix_ms(status.submitted_unix_ms);
@@ -280,7 +295,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   if (status.render_digest != Sha256{}) {
     out->set_render_digest(digest_bytes(status.render_digest));
   }
-  out->set_trace_id(hash_bytes(status.trace));
+  out->set_trace_id(hash_bytes(trace_id(spec.request_id)));
 }
 
 void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out) {
@@ -290,9 +305,7 @@ void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out) {
 
 Result<JobSpec> from_wire(const v1::SubmitJobRequest& request) {
   LM_RETURN_IF_ERROR(check_length("request_id", request.request_id(), kMaxWireNameBytes));
-  if (request.request_id().empty()) {
-    return invalid_argument("request_id: must not be empty");
-  }
+  LM_RETURN_IF_ERROR(check_request_id(request.request_id()));
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request.job()));
   spec.request_id = request.request_id();
   return spec;

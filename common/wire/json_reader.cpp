@@ -67,7 +67,7 @@ std::string field_names(const pb::Descriptor& type) {
   return list_names(type.field_count(), [&](int i) { return type.field(i)->name(); });
 }
 
-/// What is expected of a field's value, for errors.
+/// Description of a valid value of a field, for errors.
 std::string expected_of(const pb::FieldDescriptor& field) {
   switch (field.cpp_type()) {
     case pb::FieldDescriptor::CPPTYPE_BOOL:
@@ -257,7 +257,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     int index;  ///< index of the next element
   };
 
-  /// Finds the begin of the token that the parser has just read. It follows the previous token and its separators.
+  /// Finds the beginning of the token that the parser has just read. It follows the previous token and its separators.
   void next_token() {
     const char* const end = text_.data() + text_.size();
     const char* at = previous_;

@@ -2,6 +2,7 @@
 
 #include "common/base/overloaded.h"
 #include "common/lights/photometry.h"
+#include "common/scene/validate/validate.h"
 #include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
@@ -53,19 +54,16 @@ Result<RgbColor> strength_from_wire(const std::string& path, const v1::Strength&
                             names_of_possible_units(scales));
   }
   const double amount = amount_of(strength);
-  if (!(amount >= 0 && amount <= 1e20)) {
-    return invalid_argument("{}.{}: must be in [0, 1e+20], got {}", path, unit.name, amount);
-  }
+  LM_RETURN_IF_ERROR(check_range(fmt::format("{}.{}", path, unit.name), amount, 0, kMaxPower));
   RgbColor color{1, 1, 1};
   if (strength.has_color()) {
     LM_ASSIGN_OR_RETURN(color, color_from_wire(path + ".color", true, strength.color()));
   }
-  const Vec3d rgb(color.r, color.g, color.b);
-  if (!(color.r >= 0 && color.g >= 0 && color.b >= 0 && luminance(rgb) > 0 && luminance(rgb) <= 1e20)) {
-    return invalid_argument("{}.color: components must not be negative nor all zero, got ({}, {}, {})", path, color.r,
-                            color.g, color.b);
+  LM_RETURN_IF_ERROR(check_power(path + ".color", color));
+  if (is_black(color)) {
+    return invalid_argument("{}.color: must not be black; an amount of 0 turns the light off", path);
   }
-  const Vec3d out = with_luminance(rgb, radiometric_amount(unit, amount) * scale);
+  const Vec3d out = with_luminance(Vec3d(color.r, color.g, color.b), radiometric_amount(unit, amount) * scale);
   return RgbColor{static_cast<float>(out.x), static_cast<float>(out.y), static_cast<float>(out.z)};
 }
 
@@ -210,9 +208,7 @@ Result<EnvironmentLight> environment_light(const std::string& path, const v1::Li
                       light_strength(path, ".environment.radiance", light, wire.has_radiance(), wire.radiance(),
                                      {.irradiance = 1 / kHemisphereIrradiance, .radiance = 1}, &out.radiance));
   if (wire.has_scale()) {
-    if (!(wire.scale() >= 0 && wire.scale() <= 1e20)) {
-      return invalid_argument("{}.environment.scale: must be in [0, 1e+20], got {}", path, wire.scale());
-    }
+    LM_RETURN_IF_ERROR(check_range(path + ".environment.scale", wire.scale(), 0, kMaxPower));
     const auto scaled = [&](float x) { return static_cast<float>(x * wire.scale()); };
     out.radiance = {scaled(out.radiance.r), scaled(out.radiance.g), scaled(out.radiance.b)};
   }

@@ -25,7 +25,8 @@ inline constexpr std::size_t kMaxSceneFiles = 10'000;                 ///< of on
 inline constexpr std::size_t kMaxPathBytes = 4096;                    ///< of one of them
 inline constexpr std::size_t kMaxPathsBytes = std::size_t{2} << 20;   ///< of all of them
 inline constexpr std::size_t kMaxInspectionRows = 2'000;              ///< notices, facts, methods or cameras of one
-inline constexpr std::size_t kMaxReasonBytes = 64 * 1024;             ///< of error texts
+inline constexpr std::size_t kMaxReasonBytes = 64 * 1024;  ///< of texts of the coordinator, and of readers' errors
+inline constexpr std::size_t kMaxRefusalBytes = 1024;      ///< of a worker's reason not to render a job
 
 /// INVALID_ARGUMENT unless `text` has at most `limit` bytes.
 inline Status check_length(std::string_view field, std::string_view text, std::size_t limit) {
@@ -55,10 +56,10 @@ Result<std::vector<std::string>> texts_from_wire(std::string_view field, const R
   return std::vector<std::string>(texts.begin(), texts.end());
 }
 
-/// A sentence made fit for a message: it may quote files with any bytes. Protobuf refuses a whole message with an
-/// invalid string, and the stream would end.
-inline std::string sentence(std::string_view text) {
-  return cut_text(printable(text, true), kMaxReasonBytes - std::string_view("…").size());
+/// The sentence as valid text of limited length. It may quote files with any bytes. Protobuf refuses a whole message
+/// with an invalid string, and the stream would end.
+inline std::string sentence(std::string_view text, std::size_t limit = kMaxReasonBytes) {
+  return cut_text(printable(text, true), limit - std::string_view("…").size());
 }
 
 }  // namespace lightmill

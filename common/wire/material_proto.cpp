@@ -25,7 +25,7 @@ void to_wire_kind(const PhongMaterial& m, const Textures& textures, v1::Material
   to_wire_textured(m.specular, textures, out->mutable_phong()->mutable_specular());
   out->mutable_phong()->set_exponent(m.exponent);
 }
-/// To a conductor or principled material.
+/// `out`: a conductor or principled material.
 void to_wire_anisotropy(const Anisotropy& anisotropy, auto* out) {
   out->set_anisotropy(anisotropy.strength);
   out->set_anisotropy_rotation_degrees(anisotropy.rotation_degrees);

@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "common/base/overloaded.h"
+#include "common/scene/validate/validate.h"
 #include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
@@ -48,10 +49,8 @@ Result<Transform> transform_from_wire(const std::string& path, const v1::Transfo
   if (transform.has_rotate()) {
     LM_ASSIGN_OR_RETURN(const Point3d axis, point_from_wire(path + ".rotate.axis", transform.rotate().has_axis(),
                                                             transform.rotate().axis()));
+    LM_RETURN_IF_ERROR(check_direction(path + ".rotate.axis", axis));
     const double length = std::hypot(axis[0], axis[1], axis[2]);
-    if (!(length > 0 && std::isfinite(length))) {
-      return invalid_argument("{}.rotate.axis: must not be zero, got ({}, {}, {})", path, axis[0], axis[1], axis[2]);
-    }
     linear = rotation({axis[0] / length, axis[1] / length, axis[2] / length}, transform.rotate().degrees());
   }
   Point3d scale{1, 1, 1};

@@ -9,11 +9,39 @@
 
 namespace lightmill {
 
+namespace {
+
+constexpr std::size_t kMarkBytes = 4096;
+
+}  // namespace
+
+SourceMap::SourceMap(std::string file_name, std::string_view text) : file_name_(std::move(file_name)), text_(text) {
+  Mark mark;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (at % kMarkBytes == 0) {
+      marks_.push_back(mark);
+    }
+    if (text[at] == '\n') {
+      mark = {mark.lines + 1, at + 1};
+    }
+  }
+}
+
 std::string SourceMap::place_of_offset(std::size_t offset) const {
-  const std::string_view before = std::string_view(text_).substr(0, offset);
-  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
-  const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0: the first line
-  return fmt::format("{}:{}:{}", file_name_, line, before.size() - line_start + 1);
+  offset = std::min(offset, text_.size());
+  Mark mark;
+  std::size_t at = 0;
+  if (!marks_.empty()) {
+    const std::size_t last = std::min(offset / kMarkBytes, marks_.size() - 1);
+    mark = marks_[last];
+    at = last * kMarkBytes;
+  }
+  for (; at < offset; ++at) {
+    if (text_[at] == '\n') {
+      mark = {mark.lines + 1, at + 1};
+    }
+  }
+  return fmt::format("{}:{}:{}", file_name_, mark.lines + 1, offset - mark.line_start + 1);
 }
 
 std::string SourceMap::place(std::string_view field_path) const {

@@ -11,6 +11,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/wire/scene_proto.h"
@@ -21,7 +22,7 @@ namespace lightmill {
 class SourceMap {
  public:
   SourceMap() = default;
-  SourceMap(std::string file_name, std::string_view text) : file_name_(std::move(file_name)), text_(text) {}
+  SourceMap(std::string file_name, std::string_view text);
 
   void add(std::string field_path, std::size_t offset) { offsets_.emplace(std::move(field_path), offset); }
   /// "file:line:column" of a field, or of the innermost field around it that is in the file.
@@ -31,8 +32,15 @@ class SourceMap {
   Status located(const Status& status) const;
 
  private:
+  /// The place of every so many bytes, so that a place does not cost a pass over the text.
+  struct Mark {
+    std::size_t lines = 0;       ///< that end before
+    std::size_t line_start = 0;  ///< offset of this line
+  };
+
   std::string file_name_;
   std::string text_;
+  std::vector<Mark> marks_;
   std::map<std::string, std::size_t, std::less<>> offsets_;
 };
 

@@ -179,10 +179,7 @@ Result<Camera> from_wire(const v1::Camera& camera) {
       out.vertical_fov_degrees = camera.vertical_fov_degrees();
       break;
     case v1::Camera::kCameraConstant:
-      if (!(camera.camera_constant() >= 1e-3 && camera.camera_constant() <= 1e6)) {
-        return invalid_argument("camera.camera_constant: must be in [0.001, 1000000], got {}",
-                                camera.camera_constant());
-      }
+      LM_RETURN_IF_ERROR(check_range("camera.camera_constant", camera.camera_constant(), 1e-3, 1e6));
       out.vertical_fov_degrees = 2 * std::atan(0.5 / camera.camera_constant()) * 180 / std::numbers::pi;
       break;
     case v1::Camera::VIEW_NOT_SET:

@@ -92,8 +92,8 @@ namespace {
 Result<std::uint32_t> find_texture(const std::string& path, const std::string& name, const TextureNames& textures) {
   const auto found = textures.find(name);
   if (found == textures.end()) {
-    return invalid_argument("{}.texture: unknown texture \"{}\"; {}", path, name,
-                            textures.empty() ? "there are none" : "textures must name it");
+    return invalid_argument("{}.texture: unknown texture \"{}\": {}", path, name,
+                            textures.empty() ? "there are no textures" : "textures must define it");
   }
   return found->second;
 }

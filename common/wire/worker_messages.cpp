@@ -116,7 +116,7 @@ struct RequestWriter {
   void operator()(const WorkerReturn& message) const { out->mutable_lease_return()->set_lease(message.lease.value); }
   void operator()(const WorkerRefusal& refusal) const {
     out->mutable_refusal()->set_job(refusal.job.value);
-    out->mutable_refusal()->set_reason(sentence(refusal.reason));
+    out->mutable_refusal()->set_reason(sentence(refusal.reason, kMaxRefusalBytes));
     out->mutable_refusal()->set_own_limits(refusal.own_limits);
   }
   void operator()(const WorkerDraining&) const { out->mutable_draining(); }
@@ -318,7 +318,7 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
     case v1::WorkRequest::kLeaseReturn:
       return WorkerMessage(WorkerReturn{LeaseId{request.lease_return().lease()}});
     case v1::WorkRequest::kRefusal:
-      LM_RETURN_IF_ERROR(check_length("refusal.reason", request.refusal().reason(), kMaxReasonBytes));
+      LM_RETURN_IF_ERROR(check_length("refusal.reason", request.refusal().reason(), kMaxRefusalBytes));
       return WorkerMessage(
           WorkerRefusal{JobId{request.refusal().job()}, request.refusal().reason(), request.refusal().own_limits()});
     case v1::WorkRequest::kDraining:

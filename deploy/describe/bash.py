@@ -52,7 +52,7 @@ complete -F _PROGRAM PROGRAM
 
 
 def table_case(command):
-    """What may follow the command's words."""
+    """The case of a command in the script's table: what may follow the command's words."""
     valued = [(name, option.choices) for option in command.options if option.needs_value for name in option.names]
     positions = [option.choices for option in command.positions]
     columns = {

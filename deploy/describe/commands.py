@@ -32,7 +32,7 @@ class Option:
 
     @property
     def choices(self):
-        """What a completion offers for the value: "file", "folder", a list of words ("plain|filmic"), or None."""
+        """The offers of a completion for the value: "file", "folder", a list of words ("plain|filmic"), or None."""
         if self.value.startswith("FILE"):
             return "file"
         if self.value.startswith("DIR"):

@@ -10,7 +10,7 @@ ESCAPES = {"\\": "\\e", "-": "\\-", "'": "\\(aq", "^": "\\(ha", "~": "\\(ti", "`
 
 
 def escaped(text):
-    """Text that troff prints letter by letter. Text between backticks is bold."""
+    """The text, escaped for troff. Text between backticks is bold."""
     parts = [re.sub(r"[\\\-'^~`]", lambda found: ESCAPES[found[0]], part) for part in re.split(r"`([^`]*)`", text)]
     out = parts[0] + "".join(f"\\fB{bold}\\fR{plain}" for bold, plain in zip(parts[1::2], parts[2::2], strict=True))
     return "\\&" + out if out.startswith(".") else out
@@ -25,7 +25,7 @@ def italic(text):
 
 
 def paragraphs(text):
-    """Fills paragraphs. Lines indented by two spaces stay lines."""
+    """Paragraphs, filled. Lines indented by two spaces keep their breaks."""
     out, filled, begun = "", True, False  # begun: the paragraph has a line
     for line in text.split("\n") if text else []:
         if not line:
@@ -114,6 +114,6 @@ def page_of(program, version, date):
 
 
 def page(program, version):
-    """With the day of SOURCE_DATE_EPOCH. Without it, the page is the same every day."""
+    """The page, dated by SOURCE_DATE_EPOCH. Without that, the page is the same every day."""
     seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
     return page_of(program, version, time.strftime("%Y-%m-%d", time.gmtime(int(seconds))) if seconds.isdigit() else "")

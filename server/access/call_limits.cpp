@@ -17,8 +17,8 @@ std::string caller_key(const Identity& identity, std::string_view peer) {
   return fmt::format("{} {}", holder.name, holder.address);
 }
 
-bool counts_as_request(Rpc rpc) {
-  return rpc != Rpc::upload_asset && rpc != Rpc::download_asset && rpc != Rpc::work;
+bool counts_as_request(const Rpc& rpc) {
+  return rpc != kUploadAsset && rpc != kDownloadAsset && rpc != kWork;
 }
 
 TokenBucket& CallLimits::bucket_of(const std::string& caller, Time now) {

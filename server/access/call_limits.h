@@ -24,7 +24,7 @@ std::string caller_key(const Identity& identity, std::string_view peer);
 
 /// Whether a call counts as a request. Calls for assets do not, because a scene can have thousands. Workers' streams do
 /// not, because they have their own limit.
-bool counts_as_request(Rpc rpc);
+bool counts_as_request(const Rpc& rpc);
 
 /// Not thread-safe.
 class CallLimits {
@@ -34,7 +34,7 @@ class CallLimits {
   /// RESOURCE_EXHAUSTED with the limit and the time to wait.
   Status take_request(const std::string& caller, Time now);
 
-  /// The caller's last request gave it so many entries of a list. Many count as more requests.
+  /// Charges the caller for the list entries that its last request returned. Many entries cost further requests.
   void charge_entries(const std::string& caller, std::size_t entries, Time now);
 
   std::size_t callers() const { return callers_.size(); }
@@ -44,7 +44,7 @@ class CallLimits {
 
  private:
   TokenBucket bucket() const { return {per_second_, 10 * per_second_}; }
-  /// The caller's bucket. It is made if there is room.
+  /// The caller's bucket, created if there is room. Otherwise the shared one.
   TokenBucket& bucket_of(const std::string& caller, Time now);
 
   const double per_second_;

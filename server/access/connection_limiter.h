@@ -26,10 +26,10 @@ struct DescriptorPlan {
 /// Plan for a process that may open `files` files.
 DescriptorPlan plan_descriptors(std::uint64_t files);
 
-/// Limits connections per address while their caller is unknown, and per identity afterwards. Unknown ones beyond the
-/// limit wait. The newest is served next, so an earlier flood does not delay it. If the port has its most connections,
-/// the address with most unknown ones loses one. If all are known, the address with most connections loses one. Not
-/// thread-safe.
+/// Limits connections per address while their caller is unknown, and per identity afterwards. Unknown connections
+/// beyond the limit wait. The newest one is served next, so an earlier flood does not delay it. If the port is full,
+/// the address with the most unknown connections loses one. If all are known, the address with the most connections
+/// loses one. Not thread-safe.
 class ConnectionLimiter {
  public:
   using Id = std::uint64_t;
@@ -50,13 +50,13 @@ class ConnectionLimiter {
   /// Sets the identity of the connection from ADDRESS:PORT. The first call counts. RESOURCE_EXHAUSTED if the caller has
   /// too many connections; this one remains unknown.
   Status set_caller(const std::string& peer, const Identity& caller);
-  /// Makes the caller of a connection unknown until the next set_caller(). The connection is the first of its address to
-  /// make room for others.
+  /// Makes the caller of a connection unknown until the next set_caller(). The connection is the first of its address
+  /// to make room for others.
   void clear_caller(const std::string& peer, Time now);
 
   struct Changes {
     std::vector<Id> serve;  ///< these waited until now
-    std::vector<Id> end;    ///< unknown ones whose time is over, one for each that is served
+    std::vector<Id> end;    ///< unknown ones whose time is over, one for each that is served instead
   };
   Changes update(Time now);
 
@@ -72,7 +72,7 @@ class ConnectionLimiter {
   std::size_t most_of(const Identity& caller) const;
   /// Time to become known while others of the address wait.
   static constexpr Duration kPatience = std::chrono::seconds(5);
-  /// Connections accepted beyond the limit, while those that were ended for them are still open.
+  /// Extra connections that are accepted while the ones closed to make room for them are still open.
   static constexpr std::size_t kSlack = 16;
 
  private:

@@ -21,7 +21,7 @@ class LoginSessions {
   /// Sessions of one token. A new one replaces the oldest.
   static constexpr std::size_t kMostOfOne = 100;
 
-  /// Starts a session for `caller`, who has shown a token. Returns its end. RESOURCE_EXHAUSTED.
+  /// Starts a session for `caller`, who authenticated with a token. Returns its end. RESOURCE_EXHAUSTED.
   Result<std::int64_t> add(std::string_view secret, const Identity& caller, std::int64_t now_unix_s);
   /// UNAUTHENTICATED if the secret is unknown or has expired. Does not check whether the token is still valid.
   Result<Identity> identify(std::string_view secret, std::int64_t now_unix_s) const;

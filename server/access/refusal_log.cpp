@@ -10,8 +10,8 @@ namespace {
 
 /// Strings may come from unknown callers and have any length, so they are shortened.
 std::string key_of(const Call& call, const CallSubject& about, const Status& status) {
-  return fmt::format("{}|{}|{}|{}|{}|{}", caller_key(call.caller, call.peer), call.caller.token,
-                     static_cast<int>(call.rpc), about.job, as_name(about.text), as_name(message_of(status)));
+  return fmt::format("{}|{}|{}|{}|{}|{}", caller_key(call.caller, call.peer), call.caller.token, call.rpc.method,
+                     about.job, as_name(about.text), as_name(message_of(status)));
 }
 
 }  // namespace

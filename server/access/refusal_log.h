@@ -34,7 +34,7 @@ class RefusalLog {
   /// Whether to log this refusal now. It is not logged if the same caller got one for the same reason within the hour.
   /// After 100 entries, at most ten per minute are logged, separately for known and unknown callers.
   std::optional<SuppressedRefusals> take(const Call& call, const CallSubject& about, const Status& status, Time now);
-  /// Applies only the limit by number.
+  /// The same with the limits on the number of entries, but without the check for repetitions.
   std::optional<SuppressedRefusals> take(const Identity& caller, Time now);
 
  private:

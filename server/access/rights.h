@@ -1,4 +1,4 @@
-// Table of RPCs: which roles may call them, and on whose jobs. An RPC without a line is not served.
+// Rights of callers: which roles may call a method, and on whose jobs.
 #pragma once
 
 #include <array>
@@ -15,39 +15,6 @@
 
 namespace lightmill {
 
-enum class Rpc {
-  find_missing_assets,
-  upload_asset,
-  download_asset,
-  submit_job,
-  inspect_scene,
-  get_job,
-  list_jobs,
-  cancel_job,
-  pause_job,
-  resume_job,
-  extend_job,
-  set_priority,
-  delete_job,
-  watch_job,
-  get_film,
-  list_workers,
-  drain_worker,
-  quarantine_worker,
-  release_worker,
-  work,
-  create_token,
-  list_tokens,
-  revoke_token,
-  enrol,
-  list_actions,
-  is_active,
-  stream_is_active,
-  get_metric_spec,
-  get_metrics,
-  count
-};
-
 /// Kind of permission that a call needs.
 enum class Right {
   submit,        ///< submit jobs
@@ -62,44 +29,54 @@ enum class Right {
   enrol          ///< get a worker's token
 };
 
-struct RpcRule {
-  Rpc rpc;
+/// Method of gRPC, and who may call it. server/operations has those of operations; streams are below.
+struct Rpc {
   std::string_view service, method;
-  Right right;
-  bool recorded;  ///< it changes something, so the farm's log records it
+  Right right = Right::administer;
+  bool recorded = false;  ///< it changes something, so the farm's log records it
+  friend bool operator==(const Rpc&, const Rpc&) = default;
 };
+
+inline constexpr std::string_view kRenderService = "lightmill.v1.RenderService";
+inline constexpr std::string_view kWorkerService = "lightmill.v1.WorkerService";
+inline constexpr std::string_view kAccessService = "lightmill.v1.AccessService";
+inline constexpr std::string_view kScalerService = "externalscaler.ExternalScaler";
+
+inline constexpr Rpc kUploadAsset{kRenderService, "UploadAsset", Right::bring_assets};
+inline constexpr Rpc kDownloadAsset{kRenderService, "DownloadAsset", Right::fetch_assets};
+inline constexpr Rpc kWatchJob{kRenderService, "WatchJob", Right::see_job};
+inline constexpr Rpc kGetFilm{kRenderService, "GetFilm", Right::see_job};
+inline constexpr Rpc kWork{kWorkerService, "Work", Right::work, true};
+inline constexpr Rpc kStreamIsActive{kScalerService, "StreamIsActive", Right::see_farm};
+inline constexpr std::array kStreams{kUploadAsset, kDownloadAsset, kWatchJob, kGetFilm, kWork, kStreamIsActive};
 
 class StreamSlot;
 
 /// A call that was admitted, or is to be checked.
 struct Call {
   Identity caller;
-  Rpc rpc = Rpc::count;
+  Rpc rpc;
   std::string peer;                            ///< ADDRESS:PORT
   std::shared_ptr<StreamSlot> slot = nullptr;  ///< for a call that lasts (StreamKind)
   /// For SubmitJob: receives the id of a job that ends with its page. Empty: the job does not end with a page.
   std::function<void(JobId)> on_submitted = nullptr;
 };
 
-/// In the order of Rpc.
-std::span<const RpcRule> rpc_rules();
-const RpcRule& rule_of(Rpc rpc);
-
 /// Whether the caller may make this call at all. check_job() checks the job. PERMISSION_DENIED names the roles that
 /// may.
-Status check_call(const Identity& caller, Rpc rpc);
+Status check_call(const Identity& caller, const Rpc& rpc);
 
 /// Whether the caller may make this call for a job of `owner`. PERMISSION_DENIED.
-Status check_job(const Identity& caller, Rpc rpc, std::string_view owner);
+Status check_job(const Identity& caller, const Rpc& rpc, std::string_view owner);
 
 /// Whether the caller may read a job of `owner`.
 bool may_see_job(const Identity& caller, std::string_view owner);
 
-/// The methods of all RPCs that the caller may call, for its own jobs (`own`) or for all jobs.
-std::vector<std::string_view> allowed_methods(const Identity& caller, bool own);
+/// The methods that the caller may call, for its own jobs (`own`) or for all jobs.
+std::vector<std::string_view> allowed_methods(std::span<const Rpc> rpcs, const Identity& caller, bool own);
 
-/// `methods` are all served methods, "SERVICE/METHOD". INTERNAL unless each has a line in the table, and each line a
-/// method.
-Status check_rules(std::span<const std::string> methods);
+/// `methods` are those of the registered services, "SERVICE/METHOD". INTERNAL unless each is one of `rpcs`, and each of
+/// those a method.
+Status check_rpcs(std::span<const Rpc> rpcs, std::span<const std::string> methods);
 
 }  // namespace lightmill

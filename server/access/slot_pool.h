@@ -50,8 +50,8 @@ class SlotPool {
   void set_stalled(Id id, Time now);
   void set_active(Id id);
 
-  /// Takes a slot away for one more of `holder`: the newest slot of the largest share. None if this would not make
-  /// the shares more equal.
+  /// Takes the newest slot of the largest share away, to give `holder` one more. None if this would not make the shares
+  /// more equal.
   std::optional<Id> evict_for(const Holder& holder);
 
   bool holds(Id id) const { return entries_.contains(id); }

@@ -25,7 +25,7 @@ class TokenBucket {
     left_ -= 1;
     return true;
   }
-  /// Takes so many tokens afterwards, also more than there are.
+  /// Takes tokens for a use that has already happened. The bucket may get a negative balance.
   void charge(double tokens, Time now) {
     left_ = left(now) - tokens;
     filled_at_ = std::max(filled_at_, now);

@@ -70,9 +70,9 @@ class TokenRegistry {
   /// other role.
   Status add(const TokenRecord& token, std::int64_t now_unix_s);
   /// Gives a machine a token with the role worker and a unique name: "NAME/HOST", "NAME/HOST-2", …, or "NAME/1", …
-  /// without a host. `by` has shown an enrolment token; this is one use of it. The same request again changes nothing.
-  /// INVALID_ARGUMENT, ALREADY_EXISTS, PERMISSION_DENIED if all uses are taken, UNAUTHENTICATED if `by` was revoked
-  /// meanwhile, RESOURCE_EXHAUSTED beyond kMaxTokens.
+  /// without a host. `by` authenticated with an enrolment token. This is one use of it. A repeated request changes
+  /// nothing. INVALID_ARGUMENT, ALREADY_EXISTS, PERMISSION_DENIED if all uses are taken, UNAUTHENTICATED if `by` was
+  /// revoked meanwhile, RESOURCE_EXHAUSTED beyond kMaxTokens.
   Result<Enrolment> enrol(const Identity& by, const EnrolmentRequest& request, std::int64_t now_unix_s);
   /// Ids of all tokens that this enrolment token created. It may be removed already.
   std::vector<std::string> enrolled_by(std::string_view id) const;

@@ -16,7 +16,7 @@
 #include "server/api/worker_streams.h"
 #include "server/listen/listener.h"
 #include "server/listen/self_check.h"
-#include "server/runtime/farm_pulse.h"
+#include "server/runtime/farm_watchdog.h"
 
 namespace lightmill {
 namespace {
@@ -39,7 +39,7 @@ void set_keepalive(grpc::ServerBuilder& builder) {
 }
 
 /// "SERVICE/METHOD" of all registered methods, except health and reflection.
-std::vector<std::string> served_methods() {
+std::vector<std::string> registered_methods() {
   std::vector<std::string> methods;
   for (const std::string name :
        {v1::RenderService::service_full_name(), v1::WorkerService::service_full_name(),
@@ -60,11 +60,12 @@ struct ApiServer::Parts {
   Parts(Runtime& runtime, const ApiOptions& options)
       : loop(runtime.loop()),
         workers(std::make_shared<WorkerStreams>(runtime)),
-        access(runtime),
-        scaler(runtime),
-        renders(runtime),
+        access(runtime, threads),
+        scaler(runtime, threads),
+        renders(runtime, threads),
         readiness(std::make_shared<Readiness>(options.on_ready)) {}
   FarmLoop& loop;
+  SideThreads threads;
   const std::shared_ptr<WorkerStreams> workers;
   UnaryCalls<v1::AccessService> access;
   ScalerServiceImpl scaler;
@@ -73,11 +74,11 @@ struct ApiServer::Parts {
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Listener> listener;
   std::unique_ptr<SelfCheck> self_check;
-  std::unique_ptr<FarmPulse> pulse;
+  std::unique_ptr<FarmWatchdog> watchdog;
 };
 
 Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiOptions& options) {
-  LM_RETURN_IF_ERROR(check_rules(served_methods()));
+  LM_RETURN_IF_ERROR(check_rpcs(served_rpcs(), registered_methods()));
   auto parts = std::make_unique<Parts>(runtime, options);
   LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--listen", options.connections));
 
@@ -117,7 +118,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   parts->self_check = std::make_unique<SelfCheck>(
       *parts->listener, options.tls.given(), system_clock(),
       [readiness = parts->readiness](bool answering) { readiness->set_answering(answering); }, options.on_fatal);
-  parts->pulse = std::make_unique<FarmPulse>(
+  parts->watchdog = std::make_unique<FarmWatchdog>(
       parts->loop, [readiness = parts->readiness](bool moving) { readiness->set_moving(moving); });
   return std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
 }
@@ -125,7 +126,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
 ApiServer::ApiServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 ApiServer::~ApiServer() {
-  parts_->pulse.reset();
+  parts_->watchdog.reset();
   parts_->self_check.reset();
   parts_->readiness->stop();
   parts_->loop.stop_waiting();

@@ -18,7 +18,7 @@ struct ApiOptions {
   /// given, or by tokens.
   TlsFiles tls = {};
   std::uint64_t wire_bytes = std::uint64_t{4} << 30;  ///< memory limit of messages in transit, of all connections
-  /// The port does not answer. Called from another thread; the caller should stop the server.
+  /// Called from another thread if the port does not answer. The owner should then stop the server.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
   /// Whether the server accepts jobs. It does not while its state cannot be stored. Called from other threads.
   std::function<void(bool)> on_ready = [](bool) {};

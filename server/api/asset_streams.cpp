@@ -12,24 +12,27 @@ namespace {
 constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 20;
 constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 
-/// Receives one asset. gRPC calls it with one event at a time. Deletes itself.
+/// Receives one asset. gRPC calls it with one event at a time. A thread for the disk handles the event, and asks for the
+/// next one. Deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
-  UploadStream(AssetStore& assets, Call call, Traffic& traffic)
-      : assets_(assets), call_(std::move(call)), traffic_(traffic) {
+  UploadStream(AssetStore& assets, SideThreads& threads, Call call, Traffic& traffic)
+      : assets_(assets), threads_(threads), call_(std::move(call)), traffic_(traffic) {
     read_next();
   }
 
   void OnReadDone(bool ok) override {
     call_.slot->set_active();
-    const Status status = ok ? take() : complete();
-    if (!ok || !status.ok()) {
-      upload_.reset();
-      call_.slot->call_ended();
-      Finish(to_grpc(status));
-      return;
-    }
-    read_next();
+    boost::asio::post(threads_.disk, [this, ok] {
+      const Status status = ok ? take() : complete();
+      if (!ok || !status.ok()) {
+        upload_.reset();
+        call_.slot->call_ended();
+        Finish(to_grpc(status));
+        return;
+      }
+      read_next();
+    });
   }
   void OnDone() override {
     call_.slot->call_ended();
@@ -59,42 +62,31 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
   }
 
   AssetStore& assets_;
+  SideThreads& threads_;
   const Call call_;
   Traffic& traffic_;
   v1::UploadAssetRequest request_;
   std::unique_ptr<AssetStore::Upload> upload_;
 };
 
-/// Sends one asset. gRPC calls it with one event at a time. Deletes itself.
+/// Sends one asset. gRPC calls it with one event at a time. A thread for the disk reads each piece. Deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(Runtime& runtime, Call call, const std::string& digest_bytes)
-      : runtime_(runtime), call_(std::move(call)) {
+  DownloadStream(Runtime& runtime, SideThreads& threads, Call call, const std::string& digest_bytes)
+      : runtime_(runtime), threads_(threads), call_(std::move(call)) {
     const Result<Sha256> digest = digest_from_bytes(digest_bytes);
     if (!digest.ok()) {
       Finish(to_grpc(with_context(digest.status(), "digest")));
       return;
     }
-    Result<std::unique_ptr<AssetStore::Reader>> reader = runtime.assets().open_asset(*digest);
     digest_ = *digest;
-    if (!reader.ok()) {
-      const bool missing = reader.status().code() == StatusCode::kNotFound;
-      if (missing) {
-        (void)runtime.loop().post([digest = *digest](FarmLoop::TaskContext& context) {
-          context.farm.asset_is_missing(digest, context.now, context.effects);
-        });
-      }
-      Finish(to_grpc(missing ? reader.status() : unreadable(reader.status())));
-      return;
-    }
-    reader_ = std::move(*reader);
-    write_next();
+    boost::asio::post(threads_.disk, [this] { open(); });
   }
 
   void OnWriteDone(bool ok) override {
     call_.slot->set_active();
     if (ok) {
-      write_next();
+      boost::asio::post(threads_.disk, [this] { write_next(); });
     } else {
       Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));
     }
@@ -105,6 +97,21 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
   }
 
  private:
+  void open() {
+    Result<std::unique_ptr<AssetStore::Reader>> reader = runtime_.assets().open_asset(digest_);
+    if (!reader.ok()) {
+      const bool missing = reader.status().code() == StatusCode::kNotFound;
+      if (missing && runtime_.gate().take_request(call_.caller, call_.peer).ok()) {  // it costs a look at all jobs
+        (void)runtime_.loop().post([digest = digest_](FarmLoop::TaskContext& context) {
+          context.farm.asset_is_missing(digest, context.now, context.effects);
+        });
+      }
+      Finish(to_grpc(missing ? reader.status() : unreadable(reader.status())));
+      return;
+    }
+    reader_ = std::move(*reader);
+    write_next();
+  }
   void write_next() {
     Result<std::string> chunk = reader_->next(kSentChunkBytes);
     if (!chunk.ok()) {
@@ -139,6 +146,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
   }
 
   Runtime& runtime_;
+  SideThreads& threads_;
   const Call call_;
   Sha256 digest_;
   Sha256Hasher sent_;
@@ -150,20 +158,20 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
                                                                                 v1::UploadAssetResponse*) {
-  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::upload_asset);
+  const Result<Call> call = admit(runtime_.gate(), *context, kUploadAsset);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
-  return new UploadStream(runtime_.assets(), *call, runtime_.loop().traffic());
+  return new UploadStream(runtime_.assets(), threads_, *call, runtime_.loop().traffic());
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
     Context* context, const v1::DownloadAssetRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::download_asset);
+  const Result<Call> call = admit(runtime_.gate(), *context, kDownloadAsset);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(runtime_, *call, request->digest());
+  return new DownloadStream(runtime_, threads_, *call, request->digest());
 }
 
 }  // namespace lightmill

@@ -95,7 +95,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* rpc_context,
                                                                             const v1::WatchJobRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *rpc_context, Rpc::watch_job, {request->id()});
+  const Result<Call> call = admit(runtime_.gate(), *rpc_context, kWatchJob, {request->id()});
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
@@ -112,7 +112,7 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
 
 grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* rpc_context,
                                                                           const v1::GetFilmRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *rpc_context, Rpc::get_film, {request->id()});
+  const Result<Call> call = admit(runtime_.gate(), *rpc_context, kGetFilm, {request->id()});
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }

@@ -45,10 +45,10 @@ class NoReflection final : public grpc::ServerBuilderOption {
 
 }  // namespace
 
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const CallSubject& about) {
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, const Rpc& rpc, const CallSubject& about) {
   const Credentials credentials = credentials_of(context);
   Result<Identity> caller = gate.identify(credentials);
-  const bool lasts = rpc == Rpc::work || stream_kind(rpc);
+  const bool lasts = rpc == kWork || stream_kind(rpc);
   if (caller.ok()) {
     // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a
     // short call.
@@ -69,6 +69,8 @@ Listener::Take serve_sockets(grpc::ServerBuilder& builder,
   const std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor =
       builder.experimental().AddExternalConnectionAcceptor(Builder::ExternalConnectionType::FROM_FD, credentials);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakePatienceMs);
+  // gRPC limits a message's bytes before it decompresses them. Nothing of ours is compressed.
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
   return [acceptor](int socket, const std::string&) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
     connection.fd = socket;

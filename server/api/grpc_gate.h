@@ -14,7 +14,8 @@
 namespace lightmill {
 
 /// Every RPC calls it first, with its subject. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const CallSubject& about = {});
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, const Rpc& rpc,
+                   const CallSubject& about = {});
 
 /// Encrypted if a certificate is given. Its files are checked every few seconds. New connections use renewed ones.
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);

@@ -47,7 +47,7 @@ class HealthPort {
 class Readiness {
  public:
   explicit Readiness(std::function<void(bool)> on_change) : on_change_(std::move(on_change)) {}
-  /// The coordinator is ready until stop(). `service` learns it too.
+  /// The coordinator is ready from now until stop(). `service` reports the same.
   void start(grpc::HealthCheckServiceInterface* service);
   void set_storing(bool storing);
   void set_answering(bool answering);

@@ -1,4 +1,5 @@
-// Stream of the newest message: a message is offered when the previous one has left. For watchers and autoscalers.
+// Stream that sends only the newest state. A message is offered when the previous one was sent. For watchers and
+// autoscalers.
 #pragma once
 
 #include <grpcpp/support/server_callback.h>

@@ -10,7 +10,8 @@ namespace lightmill {
 /// Thread-safe.
 class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
  public:
-  explicit RenderServiceImpl(Runtime& runtime) : UnaryCalls(runtime), runtime_(runtime) {}
+  RenderServiceImpl(Runtime& runtime, SideThreads& threads)
+      : UnaryCalls(runtime, threads), runtime_(runtime), threads_(threads) {}
   /// From now on, watchers get UNAVAILABLE.
   void stop() { watches_->stop(); }
 
@@ -23,6 +24,7 @@ class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
 
  private:
   Runtime& runtime_;
+  SideThreads& threads_;
   const std::shared_ptr<WatchRegistry> watches_ = std::make_shared<WatchRegistry>();
 };
 

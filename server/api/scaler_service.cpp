@@ -23,7 +23,7 @@ class ActiveStream final : public OfferStream<IsActiveResponse, DemandSink> {
 
 grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(grpc::CallbackServerContext* rpc_context,
                                                                               const externalscaler::ScaledObjectRef*) {
-  Result<Call> call = admit(runtime_.gate(), *rpc_context, Rpc::stream_is_active);
+  Result<Call> call = admit(runtime_.gate(), *rpc_context, kStreamIsActive);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
   }

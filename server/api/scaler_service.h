@@ -10,7 +10,7 @@ namespace lightmill {
 /// Thread-safe.
 class ScalerServiceImpl final : public UnaryCalls<externalscaler::ExternalScaler> {
  public:
-  explicit ScalerServiceImpl(Runtime& runtime) : UnaryCalls(runtime), runtime_(runtime) {}
+  ScalerServiceImpl(Runtime& runtime, SideThreads& threads) : UnaryCalls(runtime, threads), runtime_(runtime) {}
   /// From now on, listeners get UNAVAILABLE.
   void stop() { streams_->stop(); }
 

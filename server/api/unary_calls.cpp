@@ -15,24 +15,32 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   UnaryCall(Runtime& runtime, const Operation& operation, grpc::ByteBuffer* reply)
       : call_(std::make_shared<OperationCall>(runtime, operation)), reply_(reply) {}
 
-  void start(const Gate& gate, grpc::CallbackServerContext& context, grpc::ByteBuffer request) {
+  void start(const Gate& gate, SideThreads& threads, grpc::CallbackServerContext& context, grpc::ByteBuffer request) {
     const std::uint64_t most_bytes = call_->operation().traits.most_body_bytes;
     const bool large = most_bytes > 0;
-    Status read = large ? ok_status() : parse(request, kSmallRequestBytes);
+    const Status read = large ? ok_status() : parse(request, kSmallRequestBytes);
     // The refusal of a small request says what it names.
     Result<Call> call = admit(gate, context, call_->operation().rpc, call_->about());
-    if (call.ok() && large) {
-      read = parse(request, most_bytes);
-    }
     if (!call.ok() || !read.ok()) {
       return Finish(to_grpc(call.ok() ? read : call.status()));
     }
-    call_->start(*std::move(call), [this](const Status& status) { finish(status); });
+    if (!large) {
+      return begin(*std::move(call));
+    }
+    boost::asio::post(threads.requests,
+                      [this, most_bytes, call = *std::move(call), request = std::move(request)]() mutable {
+                        const Status parsed = parse(request, most_bytes);
+                        request.Clear();
+                        parsed.ok() ? begin(std::move(call)) : Finish(to_grpc(parsed));
+                      });
   }
   void OnCancel() override { call_->cancel(); }
   void OnDone() override { delete this; }
 
  private:
+  void begin(Call call) {
+    call_->start(std::move(call), [this](const Status& status) { finish(status); });
+  }
   Status parse(grpc::ByteBuffer& request, std::uint64_t most_bytes) {
     WireMessage& parsed = call_->request();
     if (request.Length() > most_bytes) {
@@ -57,11 +65,11 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
 }  // namespace
 
-grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, const Operation& operation,
+grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, SideThreads& threads, const Operation& operation,
                                        grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
                                        grpc::ByteBuffer* reply) {
   auto* const call = new UnaryCall(runtime, operation, reply);
-  call->start(runtime.gate(), context, request);
+  call->start(runtime.gate(), threads, context, request);
   return call;
 }
 

@@ -7,12 +7,13 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include "server/api/side_threads.h"
 #include "server/operations/operation.h"
 
 namespace lightmill {
 
 /// Answers one call of the operation, after the gate has admitted it.
-grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, const Operation& operation,
+grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, SideThreads& threads, const Operation& operation,
                                        grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
                                        grpc::ByteBuffer* reply);
 
@@ -20,18 +21,17 @@ grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, const Operation& operat
 template <class Service>
 class UnaryCalls : public Service::CallbackService {
  public:
-  explicit UnaryCalls(Runtime& runtime) {
+  UnaryCalls(Runtime& runtime, SideThreads& threads) {
     using Handler = grpc::internal::CallbackUnaryHandler<grpc::ByteBuffer, grpc::ByteBuffer>;
     const auto* const service =
         google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(Service::service_full_name());
     for (const Operation& operation : operations()) {
-      const RpcRule& rule = rule_of(operation.rpc);
-      if (rule.service == service->full_name() && !operation.traits.http_only) {
+      if (operation.rpc.service == service->full_name() && !operation.traits.http_only) {
         this->MarkMethodRawCallback(
-            service->FindMethodByName(std::string(rule.method))->index(),
-            new Handler([&runtime, &operation](grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
-                                               grpc::ByteBuffer* reply) {
-              return answer_unary(runtime, operation, *context, *request, reply);
+            service->FindMethodByName(std::string(operation.rpc.method))->index(),
+            new Handler([&runtime, &threads, &operation](grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request, grpc::ByteBuffer* reply) {
+              return answer_unary(runtime, threads, operation, *context, *request, reply);
             }));
       }
     }

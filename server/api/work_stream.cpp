@@ -15,25 +15,8 @@ namespace {
 constexpr int kWindow = 16;
 constexpr std::uint64_t kWindowBytes = std::uint64_t{128} << 20;
 
-/// "job 1, samples [0, 16)", for a unit or a node.
-std::string text_of(JobId job, const SampleRange& range) {
-  return fmt::format("job {}, samples [{}, {})", job.value, range.first(), range.end());
-}
-
 bool traces() {
   return spdlog::should_log(spdlog::level::debug);
-}
-
-/// DATA_LOSS unless a result has the hash that its worker sent.
-Status check_hash(const WorkerMessage& message) {
-  const auto* result = std::get_if<WorkerResult>(&message);
-  if (result == nullptr) {
-    return ok_status();
-  }
-  const Hash128 actual = hash_of(result->node);
-  return actual == result->hash ? ok_status()
-                                : data_loss("a result of job {} arrived damaged: hash {} instead of {}",
-                                            result->key.job.value, actual.hex(), result->hash.hex());
 }
 
 }  // namespace
@@ -107,8 +90,8 @@ void WorkStream::OnReadDone(bool ok) {
   owner_.loop_.traffic().results_in += bytes;
   Result<WorkerMessage> message = from_wire(request_);
   Status status = message.status();
-  if (status.ok()) {
-    status = check_hash(*message);
+  if (auto* const result = status.ok() ? std::get_if<WorkerResult>(&*message) : nullptr) {
+    result->damaged = !has_its_hash(*result);
   }
   if (status.ok() && std::holds_alternative<WorkerHello>(*message) == greeted_) {
     status = greeted_ ? invalid_argument("a second hello on one stream")
@@ -205,14 +188,13 @@ void WorkStream::trace(const CoordinatorMessage& message) {
   if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
     const LogTrace about(grant->trace, grant->lease.value);
     spdlog::debug("session {}: lease {} is granted: {}, {}", session_.value, grant->lease.value,
-                  text_of(grant->unit.job, grant->unit.range), counted(grant->unit.tiles.size(), "tile"));
+                  describe(grant->unit.job, grant->unit.range), counted(grant->unit.tiles.size(), "tile"));
   } else if (const auto* const ack = std::get_if<ResultAck>(&message)) {
     for (const NodeKey& key : ack->keys) {
       if (const auto traced = results_.extract(key)) {
         const auto& [trace, lease] = traced.mapped();
         const LogTrace about(trace, lease.value);
-        spdlog::debug("session {}: lease {}: {}, tile {} is committed", session_.value, lease.value,
-                      text_of(key.job, key.range), key.tile.value);
+        spdlog::debug("session {}: lease {}: {} is committed", session_.value, lease.value, describe(key));
       }
     }
   }
@@ -224,8 +206,7 @@ void WorkStream::trace(const WorkerResult& result) {
     results_[result.key] = {result.trace, result.lease};
   }
   const LogTrace about(result.trace, result.lease.value);
-  spdlog::debug("session {}: lease {}: {}, tile {} is here", session_.value, result.lease.value,
-                text_of(result.key.job, result.key.range), result.key.tile.value);
+  spdlog::debug("session {}: lease {}: {} is here", session_.value, result.lease.value, describe(result.key));
 }
 
 void WorkStream::deliver(WorkerMessage message, FarmLoop::TaskContext& context) {

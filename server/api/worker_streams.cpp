@@ -25,7 +25,7 @@ WorkerStreams::WorkerStreams(Runtime& runtime)
 WorkerStreams::~WorkerStreams() = default;
 
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
-  Result<Call> call = admit(gate_, *context, Rpc::work);
+  Result<Call> call = admit(gate_, *context, kWork);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(call.status());
   }

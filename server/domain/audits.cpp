@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// If so many claims all differ, no further identity is asked.
+/// Number of claims, all different, after which no further identity is asked.
 constexpr std::size_t kMostClaims = 5;
 
 }  // namespace
@@ -38,7 +38,7 @@ void Audits::restore(Job& job, std::span<const Renderer> renderers,
     const Renderer& by = renderers[result.by];
     identities_before_.insert(by.identity);
     provenance_.restore(job.id(), result.tile, node->range, by);
-    if (result.to_verify && (job.active() || job.state() == JobState::done)) {
+    if (result.audit_pending && (job.active() || job.state() == JobState::done)) {
       job.audits().open({result.range, result.tile}, {by, result.hash});
     }
   }
@@ -70,7 +70,7 @@ void Audits::merged(Job& job, const NodeKey& key, const Hash128& hash, const Ren
       }
     }
   }
-  const double share = job.spec().verify_share;
+  const double share = job.spec().audit_share;
   const bool audited = share > 0 && !by.identity.empty() &&
                        (replaced || unusual || is_chosen(secret_, key, chance_of_audit(share, parts_in(job, key))));
   event.store(PutResult{key, hash, by, audited});
@@ -107,7 +107,7 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
   const PendingAudits::Key audit_key{key.range, key.tile};
   const PendingAudits::Entry* const entry = job.audits().find(audit_key);
   if (entry == nullptr) {
-    if (!differs || job.spec().verify_share <= 0) {
+    if (!differs || job.spec().audit_share <= 0) {
       return {};
     }
     // These samples were not selected, but a copy rendered them again. The film has the first claim.
@@ -144,9 +144,9 @@ Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const 
     (claim.hash == hash ? dispute.agreed : dispute.wrong).push_back(claim);
   }
   if (entry.chosen && entry.claims.front().hash == hash) {  // else the first claim may be a joined node
-    job.result_verified();
-    ++totals_.results_verified;
-    event.store(PutVerified{key});
+    job.result_audited();
+    ++totals_.results_audited;
+    event.store(PutAudited{key});
   }
   return dispute;
 }

@@ -1,6 +1,7 @@
 // The order in which the coordinator's parts see each event.
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
+#include "common/farm/job_rules.h"
 #include "server/domain/coordinator_parts.h"
 
 namespace lightmill {
@@ -45,9 +46,7 @@ void Coordinator::hold(const std::string& why, Time now, Effects& effects) {
 Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Effects& effects,
                                   const MethodNotes& notes) {
   const Event event = parts_->at(now, unix_ms, effects);
-  if (spec.request_id.empty()) {
-    return invalid_argument("request_id must not be empty");
-  }
+  LM_RETURN_IF_ERROR(check_request_id(spec.request_id));
   if (const std::optional<JobId> known = parts_->jobs.of_request(spec.request_id)) {
     return *known;
   }
@@ -153,7 +152,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
     return;
   }
   std::visit(Overloaded{
-                 [&](const WorkerHeartbeat& heartbeat) { parts.sessions.heartbeat(*worker, heartbeat, event); },
+                 [&](const WorkerHeartbeat& heartbeat) { parts.heartbeat(*worker, heartbeat, event); },
                  [&](const WorkerReturn& lease) { parts.sessions.give_back(*worker, lease, event); },
                  [&](const PilotReport& report) { parts.pilot_reported(session, *worker, report, event); },
                  [&](const WorkerRefusal& refusal) { parts.sessions.refuse(*worker, refusal, event); },

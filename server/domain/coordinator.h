@@ -27,7 +27,7 @@ namespace lightmill {
 /// Filter for a list of jobs.
 struct JobFilter {
   JobId before{std::numeric_limits<std::uint64_t>::max()};     ///< only older jobs
-  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< at most so many, the newest first
+  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< limit; the newest are taken
   bool unfinished = false;                                     ///< only jobs that have not ended
   std::set<JobState> states = {};                              ///< only these, as clients see them; empty: all
   std::function<bool(const JobRecord&)> admits = {};           ///< null admits all
@@ -36,7 +36,7 @@ struct JobFilter {
 /// Filter for a list of workers.
 struct WorkerFilter {
   std::string after = {};                                      ///< only names after this one
-  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< at most so many
+  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< limit
 };
 
 /// New limits for a job. 0 leaves a limit as it is.
@@ -113,8 +113,8 @@ class Coordinator {
   /// The grants of these leases were in `after_commit`, and were sent at `now`. Before this call the leases do not
   /// expire, however slow the store is.
   void grants_sent(std::span<const LeaseId> leases, Time now);
-  /// The rows that these jobs have ended (ends_in) are durable. Before this call clients see no end: a coordinator that
-  /// is killed now would take it back.
+  /// The rows with the ends of these jobs (ends_in) are durable. Before this call clients do not see the ends, because
+  /// a killed coordinator would take them back.
   void ends_stored(std::span<const JobId> jobs);
 
   // ---- films: those of ended jobs may be only in the store ----
@@ -144,11 +144,11 @@ class Coordinator {
   FarmGauges gauges(Time now) const;
   std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter = {}) const;  ///< by name
   /// Number of workers that the farm can use, for autoscalers:
-  /// - so many that each has a minute of work in the remaining samples of all jobs, and at least the busy ones;
+  /// - enough that each has a minute of work in the remaining samples of all jobs, and at least the busy ones;
   /// - for a job that ends only by time, a thread for each of its tiles;
   /// - for a job whose sample cost is unknown, or that ends within a minute, the connected workers;
   /// - 1 while no connected worker can render any job, 0 if no job is in progress.
-  /// Workers in quarantine are added: they take a place and do nothing.
+  /// Workers in quarantine are added, because an autoscaler counts them and they do nothing.
   std::uint32_t wanted_workers(Time now) const;
   /// Whether wanted_workers is more than 0. Cheaper.
   bool wants_workers() const;

@@ -40,11 +40,17 @@ Status Coordinator::Parts::serve_if(const Result<bool>& changed, const Event& ev
   return ok_status();
 }
 
+void Coordinator::Parts::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
+  sessions.heartbeat(worker, heartbeat, event);
+  overruns.check(worker, heartbeat, event);
+  scheduler.serve(worker, event);
+}
+
 void Coordinator::Parts::pilot_reported(SessionId session, Worker& worker, const PilotReport& report,
                                         const Event& event) {
   const Result<bool> chosen = pilots.report(worker, report, event);
   if (!chosen.ok()) {
-    sessions.distrust(session, report.lease, chosen.status(), event);
+    dismissals.distrust(session, report.lease, chosen.status(), event);
   } else if (*chosen) {
     scheduler.serve(worker, event);
     scheduler.serve_all(event);

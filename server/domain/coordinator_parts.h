@@ -4,8 +4,10 @@
 #include "server/domain/coordinator.h"
 #include "server/domain/copies.h"
 #include "server/domain/farm_view.h"
+#include "server/domain/overruns.h"
 #include "server/domain/preparations.h"
 #include "server/domain/result_intake.h"
+#include "server/domain/sessions.h"
 
 namespace lightmill {
 
@@ -26,6 +28,7 @@ struct Coordinator::Parts {
   std::int64_t unix_ms(Time now) const;
   std::optional<Time> next_deadline() const;
   Status serve_if(const Result<bool>& changed, const Event& event);
+  void heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
   void pilot_reported(SessionId session, Worker& worker, const PilotReport& report, const Event& event);
   void take_film(Job& job, StoredFilm film, const Event& event);
 
@@ -52,9 +55,12 @@ struct Coordinator::Parts {
   Preparations preparations{jobs, leases, workers, queue, scheduler};
   Copies copies{limits, jobs, leases, workers, pilots, scheduler};
   Quarantine quarantine{quarantined, jobs, leases, workers, queue, provenance, life_cycle, scheduler, totals};
-  Sessions sessions{limits, signer, jobs, leases, workers, quarantined, queue, life_cycle, scheduler, inspections};
+  Overruns overruns{limits, jobs, leases, queue, life_cycle, scheduler};
+  Dismissals dismissals{limits, leases, workers, life_cycle, scheduler, inspections};
+  Sessions sessions{limits, signer,     jobs,      leases,      workers,   quarantined,
+                    queue,  life_cycle, scheduler, inspections, dismissals};
   ResultIntake intake{signer,     jobs,      leases, workers,    quarantined, queue, provenance,
-                      life_cycle, scheduler, audits, quarantine, sessions,    totals};
+                      life_cycle, scheduler, audits, quarantine, dismissals,  totals};
   WaitReasons waits{jobs, leases, audits, scheduler};
   FarmView view{limits, jobs, leases, workers, quarantined, audits, scheduler, waits, totals};
 };

@@ -123,7 +123,8 @@ void Copies::copy_one(Worker& worker, std::vector<Late>& late, const Event& even
       }
       return;  // the next worker may copy the rest of this lease
     }
-    // The next worker may audit what this one rendered itself, and another identity copy what this one may not.
+    // The next worker may audit results that this one rendered. Workers of another identity may copy tiles that this
+    // one may not.
     at->for_others = !audits;
     at = audits || same_identity ? at + 1 : late.erase(at);
   }
@@ -141,7 +142,7 @@ bool Copies::copy(const Lease& lease, Worker& worker, const Event& event) {
   const std::uint32_t wanted =
       choose_tile_count(lease.unit.range, lease.remaining, job.pixels_of(lease.unit.tiles.front()),
                         scheduler_.aim_for(worker, job, event.now));
-  // From its end, because its worker renders from the front.
+  // From the end of the lease, because its worker renders from the front.
   const LeaseId id = leases_.next_id();
   Unit unit{job.id(), lease.unit.range, {}};
   for (std::size_t i = lease.unit.tiles.size(); i-- > 0 && unit.tiles.size() < std::max(wanted, worker.threads());) {

@@ -32,7 +32,7 @@ class Copies {
   /// Gives the worker a copy of one of these leases. Removes leases that need no other copy.
   void copy_one(Worker& worker, std::vector<Late>& late, const Event& event);
   /// Whether the worker may have a copy of work that these leases hold. One copy is enough, unless one identity holds
-  /// both: then another may have a third.
+  /// the original and the copy. Then another identity may have a second copy.
   template <class Leases>
   bool may_also_hold(const Worker& worker, const Leases& holders) const;
   /// Seconds that a thread of the worker needs for one tile of the lease: its own measurement, or that of the job.

@@ -19,7 +19,7 @@ struct FarmTotals {
   std::uint64_t units_lost = 0;
   std::uint64_t results_merged = 0;
   std::uint64_t results_repeated = 0;  ///< of samples that were merged before
-  std::uint64_t results_verified = 0;  ///< an audit gave the same bits
+  std::uint64_t results_audited = 0;   ///< an audit gave the same bits
   std::uint64_t results_wrong = 0;     ///< each put a worker into quarantine
   std::uint64_t pixel_samples = 0;     ///< merged
   std::uint64_t jobs_failed = 0;
@@ -42,9 +42,6 @@ enum class WaitReason {
 inline constexpr std::array<std::string_view, 10> kWaitReasonNames{
     "storage", "missing_file", "dispute",       "silent_worker", "quarantine",
     "leaving", "refused",      "larger_worker", "other_kind",    "no_worker"};
-
-inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobState::paused,
-                                       JobState::done,   JobState::failed,  JobState::cancelled};
 
 /// State of the farm at one moment.
 struct FarmGauges {

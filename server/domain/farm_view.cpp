@@ -27,32 +27,18 @@ JobStatus FarmView::status(const Job& job, Time now, WorkerKinds& kinds) const {
 
 JobStatus FarmView::decided_status(const Job& job, Time now, WorkerKinds& kinds) const {
   const JobRecord& record = job.record();
-  const JobSpec& spec = record.spec;
   JobStatus status;
   status.id = record.id;
-  status.name = spec.name;
-  status.owner = spec.owner;
-  status.host = spec.host;
-  status.method = spec.settings.method;
-  status.method_notes = record.method_notes;
+  status.spec = record.spec;
+  status.spec.settings.scene = {};  // a status may outlive the job
+  status.spec.settings.assets = {};
   status.fingerprint_class = record.fingerprint_class;
-  status.parent = spec.parent;
+  status.method_notes = record.method_notes;
   status.state = record.state;
   status.reason = record.reason.empty() ? waits_.of(job, now, kinds).text : record.reason;
   status.reached = record.reached;
-  status.priority = spec.priority;
-  status.goal = spec.goal;
-  status.width = spec.settings.width;
-  status.height = spec.settings.height;
-  status.crop = spec.settings.crop;
-  for (const LayerSpec& layer : spec.settings.layers) {
-    if (layer.name != kBeautyLayer) {
-      status.layers.push_back(layer.name);
-    }
-  }
-  status.seed = spec.settings.seed;
   status.samples_done = job.outline().pixel_samples();
-  status.samples_wanted = job.outline().pixel_samples_at(spec.goal.samples);
+  status.samples_wanted = job.outline().pixel_samples_at(record.spec.goal.samples);
   status.min_tile_samples = job.outline().min_samples();
   status.max_tile_samples = job.outline().max_samples();
   status.frame_samples = job.outline().frame_samples();
@@ -64,18 +50,15 @@ JobStatus FarmView::decided_status(const Job& job, Time now, WorkerKinds& kinds)
     const double eta = expected_seconds(job, error, status.samples_per_second, now);
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
-  status.error = {error.rel_mse, error.half_width, error.known && has_error(spec)};
+  status.error = {error.rel_mse, error.half_width, error.known && has_error(record.spec)};
   status.history = record.history;
   status.counters = record.counters;
-  status.verify_share = spec.verify_share;
-  status.allow_mixed = spec.allow_mixed;
-  status.results_unverified = job.audits().unverified();
+  status.results_unaudited = job.audits().unaudited();
   status.audits_lost = job.audits().lost();
   status.one_identity = job.audits().waiting() && audits_.one_identity(job);
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;
   status.render_digest = job.digest();
-  status.trace = trace_id(record.spec.request_id);
   return status;
 }
 
@@ -210,7 +193,7 @@ FarmGauges FarmView::gauges(Time now) const {
 
 namespace {
 
-/// A worker is wanted only if it has so much to do, because it must first start and fetch scene and assets.
+/// Least work for which a worker is wanted, because it must first start and fetch scene and assets.
 constexpr double kWorthwhileSeconds = 60;
 
 /// Threads that the job keeps busy for kWorthwhileSeconds. Nothing if it uses the connected workers: its sample cost is

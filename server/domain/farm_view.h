@@ -1,4 +1,6 @@
-// View of the farm: jobs, workers, counts and demand, for clients, metrics and autoscalers. It changes nothing.
+// View of the farm: jobs, workers, counts and demand, for clients, metrics and autoscalers.
+//
+// Owns nothing. Takes queries.
 #pragma once
 
 #include "server/domain/coordinator.h"

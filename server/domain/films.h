@@ -22,12 +22,12 @@ class Films {
   bool use(Job& job, Time now);
   /// The job has ended, or its film is in memory again.
   void keep(Job& job, Time now);
-  /// The store has answered a request for the film. The effects tell those who wait. The next film is read later,
-  /// because it may need the place of this one.
+  /// The store has answered a request for the film. The effects notify the waiting clients. The next film is read
+  /// later, because it may need the place of this one.
   void answered(JobId job, const Status& status, const Event& event);
   /// Starts to read the next film, if there is room for it.
   void serve(const Event& event);
-  /// Drops films until so many more bytes fit. False if they cannot.
+  /// Drops films until `bytes` more fit. False if they cannot.
   bool make_room(std::uint64_t bytes, Time now);
 
   void tick(const Event& event);

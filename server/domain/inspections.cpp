@@ -30,11 +30,14 @@ void Inspections::serve(const Event& event) {
       free.push_back(&worker);
     }
   }
-  std::ranges::stable_sort(free, {}, [](const Worker* worker) { return worker->leases().size(); });
+  std::ranges::stable_sort(free, {}, [this](const Worker* worker) {
+    const auto missed = missed_.find(worker->identity());
+    return std::pair(missed == missed_.end() ? 0 : missed->second, worker->leases().size());
+  });
   for (const Worker* const reader : free) {
-    const auto found = next();
+    const auto found = next(reader->identity());
     if (found == waiting_.end()) {
-      return;
+      continue;
     }
     auto& [id, waiting] = *found;
     waiting.reader = reader->session();
@@ -46,7 +49,7 @@ void Inspections::serve(const Event& event) {
   }
 }
 
-std::map<InspectionId, Inspections::Waiting>::iterator Inspections::next() {
+std::map<InspectionId, Inspections::Waiting>::iterator Inspections::next(const std::string& identity) {
   std::map<std::string_view, std::size_t> readers;
   for (const auto& [id, waiting] : waiting_) {
     readers[waiting.caller] += waiting.reader ? 1 : 0;
@@ -57,7 +60,7 @@ std::map<InspectionId, Inspections::Waiting>::iterator Inspections::next() {
   for (auto at = waiting_.begin(); at != waiting_.end(); ++at) {
     const auto last = last_reader_.find(at->second.caller);
     const std::pair of_this(readers.at(at->second.caller), last == last_reader_.end() ? 0 : last->second);
-    if (!at->second.reader && (best == waiting_.end() || of_this < of_best)) {
+    if (!at->second.reader && !at->second.silent.contains(identity) && (best == waiting_.end() || of_this < of_best)) {
       best = at;
       of_best = of_this;
     }
@@ -71,6 +74,7 @@ void Inspections::report(SessionId session, const InspectReport& report, const E
     return;  // it was taken for lost meanwhile
   }
   busy_.erase(busy);
+  missed_.erase(workers_.find_session(session)->identity);
   answer(report.inspection, report.found, event);
 }
 
@@ -82,8 +86,8 @@ void Inspections::left(SessionId session, bool lost, const Event& event) {
   const InspectionId id = busy->second;
   busy_.erase(busy);
   const auto found = waiting_.find(id);
-  if (found == waiting_.end()) {
-    return;
+  if (found == waiting_.end() || found->second.reader != session) {
+    return;  // answered, forgotten, or passed on
   }
   Waiting& waiting = found->second;
   waiting.reader.reset();
@@ -106,6 +110,9 @@ void Inspections::tick(const Event& event) {
     }
   }
   for (const InspectionId id : late) {
+    if (waiting_.at(id).reader && pass_on(waiting_.at(id), event)) {
+      continue;
+    }
     answer(id,
            waiting_.at(id).reader
                ? make_error(StatusCode::kDeadlineExceeded,
@@ -114,6 +121,24 @@ void Inspections::tick(const Event& event) {
                              to_seconds(limits_.patience)),
            event);
   }
+}
+
+bool Inspections::pass_on(Waiting& waiting, const Event& event) {
+  const WorkerRegistry::Session* const reader = workers_.find_session(*waiting.reader);
+  if (reader == nullptr) {
+    return false;
+  }
+  ++missed_[reader->identity];
+  waiting.silent.insert(reader->identity);
+  const bool others = std::ranges::any_of(workers_.all(), [&](const auto& entry) {
+    return entry.second.may_inspect() && !waiting.silent.contains(entry.second.identity());
+  });
+  if (++waiting.lost >= limits_.losses || !others) {
+    return false;
+  }
+  waiting.reader.reset();
+  waiting.deadline = event.now + limits_.patience;
+  return true;
 }
 
 std::optional<Time> Inspections::next_deadline() const {

@@ -1,9 +1,13 @@
-// Inspections: scene files that wait for a worker to read them. Only in memory, and unrelated to jobs.
+// Inspections: scene files that wait for a worker to read them. Unrelated to jobs.
+//
+// Owns the waiting inspections, only in memory, and which session reads which. Takes requests, workers' reports, ends
+// of sessions, and time.
 #pragma once
 
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "common/base/clock.h"
@@ -13,14 +17,15 @@
 namespace lightmill {
 
 struct InspectionLimits {
-  std::size_t most = 64, most_per_caller = 4;    ///< that wait or are read
+  std::size_t most = 64, most_per_caller = 4;    ///< inspections that wait or are read
   Duration patience = std::chrono::seconds(90);  ///< an inspection that no worker takes within this time fails
-  /// A worker itself stops sooner. If it does not, the inspection fails, and the worker gets no other until it reports.
+  /// A worker itself stops sooner. If it does not, a worker of another identity reads the files. It gets no other
+  /// inspection until it reports, and its identity gets the next ones last.
   Duration reading = std::chrono::seconds(75);
-  std::uint32_t losses = 2;  ///< after so many lost workers an inspection fails
+  std::uint32_t losses = 2;  ///< an inspection fails after this number of lost or silent workers
 };
 
-/// Queue of inspections. Each worker reads one at a time. Callers with the fewest readers go first, then those that
+/// Queue of inspections. Takes reports and the ends of sessions. Each worker reads one at a time. Callers with the fewest readers go first, then those that
 /// waited longest for a reader, then the oldest inspection. Each is answered once, with the effects (`inspected`),
 /// unless it is forgotten.
 class Inspections {
@@ -34,7 +39,8 @@ class Inspections {
   /// The caller no longer waits for it.
   void forget(InspectionId id) { waiting_.erase(id); }
 
-  /// Gives waiting inspections to workers that have none, those with the fewest leases first.
+  /// Gives waiting inspections to workers that have none: those whose identity missed the fewest deadlines first, then
+  /// those with the fewest leases.
   void serve(const Event& event);
   void report(SessionId session, const InspectReport& report, const Event& event);
   /// The session will report nothing. `lost`: the files may be the cause.
@@ -49,9 +55,12 @@ class Inspections {
     Time deadline;
     std::optional<SessionId> reader;
     std::uint32_t lost = 0;
+    std::set<std::string> silent = {};  ///< identities that did not report in time
   };
-  /// The next inspection that has no reader; waiting_.end() if there is none.
-  std::map<InspectionId, Waiting>::iterator next();
+  /// The next inspection without a reader that this identity may read; waiting_.end() if there is none.
+  std::map<InspectionId, Waiting>::iterator next(const std::string& identity);
+  /// Its reader missed the deadline. False if no other identity can read it, or too many readers missed it.
+  bool pass_on(Waiting& waiting, const Event& event);
   void answer(InspectionId id, Result<std::shared_ptr<const Inspection>> found, const Event& event);
 
   const InspectionLimits limits_{};
@@ -61,6 +70,7 @@ class Inspections {
   std::uint64_t readers_given_ = 0;
   std::map<std::string, std::uint64_t> last_reader_;  ///< by caller that waits: number of its last reader
   std::map<SessionId, InspectionId> busy_;            ///< also with forgotten inspections
+  std::map<std::string, std::uint32_t> missed_;       ///< by identity: deadlines missed since its last report
 };
 
 }  // namespace lightmill

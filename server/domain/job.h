@@ -13,7 +13,7 @@
 #include "common/film/error_goal.h"
 #include "common/film/film.h"
 #include "server/domain/event.h"
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "server/domain/lease.h"
 #include "server/domain/limits.h"
 #include "server/domain/losses.h"
@@ -45,20 +45,20 @@ class Job {
   bool active() const { return in_progress() || state() == JobState::paused; }
   /// Its work is leased: it is neither paused nor ended.
   bool in_progress() const { return state() == JobState::queued || state() == JobState::running; }
-  /// Its first worker has this class, which becomes the class of its results. `last`: the last lease before.
+  /// Gives the job its class: the one of its first worker. `last`: the farm's last lease before this.
   void start(const std::string& fingerprint_class, LeaseId last);
   /// Takes the class back. Nothing of the job is rendered or leased.
   void unbind();
   void pause(std::string reason);
   void resume();
   void set_priority(std::int32_t priority) { record_.spec.priority = priority; }
-  /// A job that has ended must be reopened then.
+  /// If the job has ended, the caller must then reopen it.
   void extend(const Goal& goal);
   /// It has no leases. `reached`: the limit that ended it, if any.
   void end(JobState state, GoalLimit reached, std::string reason, const Event& event);
-  /// It is done, and in progress again. Its film is in memory.
+  /// A done job is in progress again. Its film is in memory.
   void reopen(Time now);
-  /// It is done, and is reopened when its film is in memory.
+  /// A done job is to be reopened when its film is in memory.
   void await_film() { awaits_film_ = true; }
   bool awaits_film() const { return awaits_film_; }
   /// No leases before this time: workers may come back with theirs.
@@ -74,11 +74,13 @@ class Job {
   const Refusals& refusals() const { return refusals_; }
   /// A worker of this identity was lost with this lease, whose work may be the cause.
   Losses::Blame suspect(const Lease& lost, const std::string& identity);
-  void refused(const std::string& identity, const std::string& worker, const std::string& reason, bool certain) {
-    refusals_.add(identity, worker, reason, certain);
+  void refused(const std::string& identity, const std::string& worker, const std::string& reason,
+               Refusals::Cause cause) {
+    refusals_.add(identity, worker, reason, cause);
   }
   void left_to_others(const std::string& identity, Time now) { refusals_.left_to_others(identity, now); }
   void held_in_silence(const std::string& identity, Time now) { refusals_.held_in_silence(identity, now); }
+  Duration add_silence(const std::string& identity, Duration time) { return refusals_.add_silence(identity, time); }
 
   // ---- film: its outline is always in memory, and its values while the job is active ----
   const FilmOutline& outline() const;
@@ -108,7 +110,7 @@ class Job {
   /// Whether this coordinator acknowledged results that the film does not have.
   bool has_unkept_results() const { return unkept_; }
   /// An audit of a result gave the same bits.
-  void result_verified() { ++record_.counters.results_verified; }
+  void result_audited() { ++record_.counters.results_audited; }
   /// If the film is only in the store: its error at the job's end; unknown if the film has changed since.
   FrameError frame_error() const;
 
@@ -116,11 +118,11 @@ class Job {
   const Sha256& digest() const { return digest_; }  ///< zero until then
   /// Whether the row with class and method is known to be stored.
   bool digest_is_durable() const { return digest_durable_; }
-  /// The choice of a pilot that this identity rendered, in so many thread seconds.
+  /// Takes the choice of a pilot. This identity rendered it in `seconds` of thread time.
   void choose_method(const PilotReport& report, double seconds, const std::string& identity);
   /// A worker has this lease. This shows that the job's class is stored, because leases wait for that. An earlier lease
   /// proves nothing: the class may have been taken back and fixed again.
-  void came_back(LeaseId lease) { digest_durable_ = digest_durable_ || lease >= bound_at_; }
+  void came_back(LeaseId lease) { digest_durable_ = digest_durable_ || lease > bound_at_; }
 
   // ---- leases and active time ----
   const std::set<LeaseId>& leases() const { return leases_; }
@@ -170,7 +172,7 @@ class Job {
   }
   /// Whether the error can be read now, and meets the goal.
   bool error_met() const;
-  /// Smallest count that has all merged and leased samples; 0 if there are none.
+  /// Smallest count that covers all merged and leased samples; 0 if there are none.
   std::uint64_t samples_end() const;
   /// Most bytes of its film while it is active.
   std::uint64_t reserved_bytes() const { return std::max(outline().bytes(), finished_bytes(spec())); }
@@ -183,7 +185,7 @@ class Job {
   // ---- end: clients see it when it is stored ----
   /// Like state(), but before the row with the end is stored, the state before the end.
   JobState shown_state() const { return has_ended(state()) ? shown_state_ : state(); }
-  /// One more row that says that it has ended is stored.
+  /// One more row with its end is durable.
   void end_stored();
 
   // ---- rows ----

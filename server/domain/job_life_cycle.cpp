@@ -101,12 +101,14 @@ bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const
 }
 
 bool JobLifeCycle::fail_if_refused(Job& job, const Event& event) {
-  const bool agreed = job.refusals().identities() >= limits_.refusals;
-  if (job.refusals().empty() || (!agreed && job.refusals().refuted())) {
+  const Refusals& refusals = job.refusals();
+  const bool agreed = refusals.identities() >= limits_.refusals;
+  if (refusals.empty() || (!agreed && refusals.refuted())) {
     return false;
   }
   unbind_if_unwanted(job, event);
-  if (!agreed && (!job.refusals().certain() || !job.leases().empty() || audits_.any_may_render(job, event.now))) {
+  const bool others = audits_.any_may_render(job, event.now);
+  if (agreed ? others && refusals.are_denied() : others || !refusals.certain() || !job.leases().empty()) {
     check_again(job.id());  // the other workers may leave
     return false;
   }
@@ -200,7 +202,7 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
     } else if (!blame.reason.empty() && !job.refusals().excludes(worker.identity())) {
       event.warn(about(job.id(), worker.name()), "job {} goes to workers of other identities: {}", job.id().value,
                  blame.reason);
-      job.refused(worker.identity(), "", blame.reason, true);
+      job.refused(worker.identity(), "", blame.reason, Refusals::Cause::loss);
       withdraw(job, worker, event);
     }
   }
@@ -223,11 +225,11 @@ void JobLifeCycle::withdraw(Job& job, const Worker& worker, const Event& event) 
 }
 
 void JobLifeCycle::expire_leases(const Event& event) {
-  while (const std::optional<LeaseId> id = leases_.expire(event.now)) {
+  while (const std::optional<LeaseId> id = leases_.next_expired(event.now)) {
     const Lease lease = leases_.at(*id);
     if (leases_.is_idle(lease, event.now)) {
       end_lease(*id, {.cancel = true, .lost = true}, event);
-      leave_to_others(lease, event);
+      leave_to_others(lease, event.now - lease.got_on, event);
     } else {
       lose_lease(*id, true, event);
       workers_.fell_silent(lease.worker);
@@ -236,7 +238,19 @@ void JobLifeCycle::expire_leases(const Event& event) {
   }
 }
 
-void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
+void JobLifeCycle::given_back(const Lease& lease, const Event& event) {
+  Job* const job = jobs_.find(lease.unit.job);
+  const Worker* const worker = workers_.find(lease.worker);
+  if (job == nullptr || worker == nullptr) {
+    return;
+  }
+  const Duration silence = job->add_silence(worker->identity(), event.now - lease.got_on);
+  if (silence >= limits_.result_patience()) {
+    leave_to_others(lease, silence, event);
+  }
+}
+
+void JobLifeCycle::leave_to_others(const Lease& lost, Duration silence, const Event& event) {
   Worker* const worker = workers_.find(lost.worker);
   Job* const job = jobs_.find(lost.unit.job);
   if (worker == nullptr || job == nullptr) {
@@ -250,16 +264,17 @@ void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
     }
   }
   if (others) {
-    worker->exclude(job->id(), fmt::format("no result for {:.0f} s", to_seconds(event.now - lost.got_on)));
+    worker->exclude(job->id(), fmt::format("no result for {:.0f} s", to_seconds(silence)));
   }
   if (other_identities) {
     job->held_in_silence(worker->identity(), event.now);
   }
-  // Another identity could not render the job either, and no identity has since. The two would wait for each other forever.
+  // Another identity could not render the job either, and no identity has since. The two would wait for each other
+  // forever.
   const Refusals& refusals = job->refusals();
   if (!refusals.empty() && !refusals.refuted() && !refusals.excludes(worker->identity())) {
-    job->refused(worker->identity(), worker->name(),
-                 fmt::format("no result for {:.0f} s", to_seconds(event.now - lost.got_on)), true);
+    job->refused(worker->identity(), worker->name(), fmt::format("no result for {:.0f} s", to_seconds(silence)),
+                 Refusals::Cause::loss);
     withdraw(*job, *worker, event);
   }
 }
@@ -279,10 +294,14 @@ void JobLifeCycle::tick(const Event& event) {
     }
   }
   delete_old(event);
-  for (const JobId id : std::exchange(ending_, {})) {
-    finish_if_complete(jobs_.at(id), event);
+  if (event.now >= next_ending_check_) {
+    next_ending_check_ = event.now + kEndingCheckInterval;
+    for (const JobId id : std::exchange(ending_, {})) {
+      if (Job& job = jobs_.at(id); job.in_progress()) {  // a paused job is checked when it resumes
+        finish_if_complete(job, event);
+      }
+    }
   }
-  next_ending_check_ = event.now + kEndingCheckInterval;
 }
 
 void JobLifeCycle::delete_old(const Event& event) {

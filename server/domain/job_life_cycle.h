@@ -66,6 +66,8 @@ class JobLifeCycle {
   void end_lease(LeaseId id, LeaseTable::End how, const Event& event);
   /// The worker is lost. The work of the lease may be the cause, which may fail the job.
   void lose_lease(LeaseId id, bool cancel, const Event& event);
+  /// The worker gave back a lease that it had begun, without results. The time counts against its identity.
+  void given_back(const Lease& lease, const Event& event);
   /// Takes the job from workers that may no longer render it after the refusal or losses of `worker`.
   void withdraw(Job& job, const Worker& worker, const Event& event);
 
@@ -78,8 +80,8 @@ class JobLifeCycle {
   /// message names `what`.
   Result<Job*> get(JobId id, bool ended, const char* what);
   void expire_leases(const Event& event);
-  /// A worker that is heard but sends no results does not get the job again, if others may render it.
-  void leave_to_others(const Lease& lost, const Event& event);
+  /// A worker that is heard but sent no results for this time does not get the job again, if others may render it.
+  void leave_to_others(const Lease& lost, Duration silence, const Event& event);
   void delete_old(const Event& event);
   void queue_again(Job& job);
   void forget(JobId id, const Event& event);

@@ -1,7 +1,7 @@
 // Queue of the jobs that have work to lease, in the order in which workers get it.
 //
-// Owns each job's fair share of thread time, and the time that workers spent on preparations for each owner. Takes every
-// change of a job's work. FairQueue has the order.
+// Owns each job's fair share of thread time, and the time that workers spent on preparations for each owner. Takes
+// every change of a job's work. FairQueue has the order.
 #pragma once
 
 #include "server/domain/job.h"
@@ -16,17 +16,17 @@ class JobQueue {
 
   /// The job is new, or comes back after a pause or its end. It gets a fresh share.
   void enter(const Job& job);
-  /// To call after every change of the job's work or place.
+  /// Call it after every change of the job's work or place.
   void refresh(const Job& job);
-  /// The job had a thread for so long, and no result came of it.
+  /// The job had a thread for this time, without a result.
   void add_lost(const Job& job, double seconds);
-  /// Adds a worker's time for a pilot, or for a job without results from this worker. Times below a second do not count.
-  /// The sum delays those jobs of the owner that have no result yet.
+  /// Adds a worker's time for a pilot, or for a job without results from this worker. Times below a second do not
+  /// count. The sum delays those jobs of the owner that have no result yet.
   void add_preparation(const Job& job, double seconds, Time now);
   /// The job has ended.
   void remove(const Job& job);
-  /// Moves the job if its owner's preparation time changed since it got its place. Returns whether it left the queue, or
-  /// the other entry comes before it now.
+  /// Moves the job if its owner's preparation time changed since it got its place. Returns whether it left the queue,
+  /// or the other entry comes before it now.
   bool fell_behind(const Job& job, const FairQueue::Entry* other);
   /// Owners of active jobs.
   std::size_t owners() const { return active_.size(); }

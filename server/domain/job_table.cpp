@@ -1,11 +1,9 @@
 #include "server/domain/job_table.h"
 
+#include "common/base/number_text.h"
+
 namespace lightmill {
 namespace {
-
-double gib(std::uint64_t bytes) {
-  return static_cast<double>(bytes) / static_cast<double>(std::uint64_t{1} << 30);
-}
 
 std::uint64_t scene_bytes(const JobSpec& spec) {
   return spec.settings.scene->size() + spec.settings.assets->size() * sizeof(Sha256);

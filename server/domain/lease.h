@@ -28,8 +28,8 @@ struct Lease {
   bool sent = true;          ///< false while its grant waits for a commit, and the worker does not know it
   SessionId waits_for = {};  ///< session that an unsent grant goes to
 
-  /// Of the thread time that a worker says it had for this lease, what is possible. A result may have been begun for an
-  /// earlier lease.
+  /// The thread time that a worker claims for a result, limited to the possible. The worker may have begun the result
+  /// some seconds before this lease, for an earlier one.
   double possible_seconds(double said, Time now) const {
     constexpr double kEarlierSeconds = 15;
     return std::min(said, to_seconds(now - granted) + kEarlierSeconds);

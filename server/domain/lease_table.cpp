@@ -291,7 +291,7 @@ void LeaseTable::extend_all(Duration late, Time now) {
   }
 }
 
-std::optional<LeaseId> LeaseTable::expire(Time now) {
+std::optional<LeaseId> LeaseTable::next_expired(Time now) {
   const Time heard_until = workers_.backlog_at() + limits_.lease_duration;
   while (!expiry_.empty() && expiry_.begin()->first <= now) {
     const LeaseId id = expiry_.begin()->second;

@@ -66,9 +66,9 @@ class LeaseTable {
   void end(LeaseId id, End how, const Event& event);
 
   void renew(LeaseId id, Time now);
-  /// Whether its worker works on it, as far as anyone knows: on its oldest lease, and beside that on a pilot.
+  /// Whether its worker should be working on it. A worker works on its oldest lease, and on a pilot at the same time.
   bool is_worked_on(const Lease& lease) const { return lease.is_pilot() || is_oldest(lease); }
-  /// Whether its worker may still prepare it: it is a pilot, or nothing of the job came from the worker.
+  /// Whether its worker may still prepare it: it is a pilot, or the worker has sent no result of the job.
   bool is_preparation(const Lease& lease) const;
   /// The first result of the job from the worker came for this lease.
   void prepared(LeaseId id, double rendering_seconds, Time now);
@@ -82,7 +82,7 @@ class LeaseTable {
   void extend_all(Duration late, Time now);
   /// Next lease whose deadline has passed. It stays in the table. If workers could not be heard, renews their leases
   /// instead.
-  std::optional<LeaseId> expire(Time now);
+  std::optional<LeaseId> next_expired(Time now);
   std::optional<Time> next_deadline() const;
 
  private:

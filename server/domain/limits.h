@@ -1,4 +1,4 @@
-// Limits of the coordinator. Every queue has one, and every retry.
+// Limits of the coordinator. Every queue and every retry has one.
 #pragma once
 
 #include <algorithm>
@@ -12,50 +12,51 @@ namespace lightmill {
 struct CoordinatorLimits {
   Duration heartbeat_interval = std::chrono::seconds(2);
   Duration lease_duration = std::chrono::seconds(20);  ///< without renewal a lease is lost
-  /// The session of a worker ends after so much silence, because TCP does not detect every dead link.
+  /// A worker's session ends after this time of silence, because TCP does not detect every dead link.
   Duration silence = std::chrono::seconds(30);
   double unit_seconds =
       1.0;  ///< target time of a unit at its worker's measured speed; longer if results would be too many
-  double result_bytes_per_second = 192.0 * 1024 * 1024;  ///< of all workers together, at most
+  double result_bytes_per_second = 192.0 * 1024 * 1024;  ///< limit of all workers together
   std::uint32_t leases_per_worker = 2;                   ///< one to render, one ahead
-  /// A worker's claim of threads counts up to the number of results that it delivered in this session, or up to this.
+  /// The threads that a worker claims are believed up to this number, or up to the number of results that it delivered
+  /// in this session.
   std::uint32_t threads_at_first = 16;
-  /// Tiles of one sample of a job that a worker may hold. If it delivered more of the job lately, it may hold more.
+  /// Tiles of one sample of a job that a worker may hold. It may hold more if it recently delivered more of the job.
   std::uint32_t tiles_at_first = 64;
-  Duration disconnect_grace = std::chrono::seconds(3);   ///< leases of a broken stream expire after so long
+  Duration disconnect_grace = std::chrono::seconds(3);   ///< leases of a broken stream expire after this time
   Duration restart_grace = std::chrono::seconds(2);      ///< after a restart, workers may come back with their leases
   Duration copy_after = std::chrono::milliseconds(100);  ///< least age of a lease that is copied to an idle worker
   Duration copy_pilot_after = std::chrono::milliseconds(500);  ///< the same for pilots, whose time is unknown
-  /// Of nodes that are leased or wait for their sibling; at least four nodes per tile.
+  /// Memory for nodes that are leased or wait for their sibling. At least four nodes per tile.
   std::uint64_t film_bytes_per_job = std::uint64_t{1} << 30;
-  /// Of all films in memory. Active jobs count with their finished size, and jobs that exceed the limit are refused.
+  /// Memory for all films. Active jobs count with their finished size, and jobs that exceed the limit are refused.
   /// The rest is a cache for films of ended jobs.
   std::uint64_t film_bytes = std::uint64_t{8} << 30;
-  /// On the disk: of one owner's films, with those of ended jobs. Active jobs count with their finished size.
+  /// Disk for one owner's films, with those of ended jobs. Active jobs count with their finished size.
   std::uint64_t film_bytes_per_owner = std::numeric_limits<std::uint64_t>::max();
-  Duration film_idle = std::chrono::minutes(10);  ///< an unused film of an ended job leaves memory after so long
+  Duration film_idle = std::chrono::minutes(10);  ///< an unused film of an ended job leaves memory after this time
   /// After `losses_before_alone` lost workers in a row, a tile or pilot goes only to workers without other leases.
   /// After `losses_alone` of those are lost too, its job fails.
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
   /// CPU time of a thread for one range of a tile, or for a pilot. Beyond it, the range is cut to one sample. The pilot
   /// is ended, and counts as refused.
   double tile_cpu_seconds = 600;
-  /// A lease without a result for so long is lost, even if its worker is heard.
+  /// A lease is lost after this time without a result, even if its worker is heard.
   Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }
-  std::uint32_t refusals = 2;         ///< a job fails after refusals of so many identities
-  std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after so many damaged results of its identity
+  std::uint32_t refusals = 2;         ///< a job fails after refusals by this number of identities
+  std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after this number of damaged results of its identity
   /// A job with a complete film waits for auditors that were heard within this time.
   Duration auditor_patience = std::chrono::seconds(45);
-  /// Of the scenes of all jobs, with ended ones. One owner's may have half of it.
+  /// Size of the scenes of all jobs, with ended ones. Those of one owner may have half of it.
   std::uint64_t scene_bytes = std::uint64_t{4} << 30;
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_jobs_per_owner = 2'000;
   std::uint32_t max_workers = 10'000;
-  Duration keep_ended{};  ///< ended jobs are deleted after so long; 0: never
+  Duration keep_ended{};  ///< ended jobs are deleted after this time; 0: never
 };
 
-/// Wait before a worker gets work again at which it has failed before (exponential backoff). Zero after the first
-/// failure, 0.5 s after the second, then twice as long after each further one, at most 32 s.
+/// Delay before a worker gets work again at which it has failed (exponential backoff). Zero after the first failure,
+/// 0.5 s after the second, then doubled by each further one, at most 32 s.
 inline Duration retry_delay(std::uint32_t times) {
   constexpr Duration kLeast = std::chrono::milliseconds(500), kMost = std::chrono::seconds(32);
   return times < 2 ? Duration::zero() : std::min(kLeast * (1 << std::min(times - 2, 16u)), kMost);

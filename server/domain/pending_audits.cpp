@@ -46,7 +46,7 @@ bool are_independent(const Claim& a, const Claim& b) {
 }  // namespace
 
 Verdict judge(std::span<const Claim> claims) {
-  std::set<std::string_view> identities;  // all their claims differ, if none is seconded
+  std::set<std::string_view> identities;  // if no claim is confirmed by another, all claims differ
   for (const Claim& one : claims) {
     if (!one.by.worker.empty()) {  // a joined node may have parts of an identity that has its own claim
       identities.insert(one.by.identity);
@@ -100,7 +100,7 @@ PendingAudits::Group PendingAudits::group_of(const Entry& entry) {
 void PendingAudits::list(const Key& key, const Entry& entry) {
   const std::size_t losers_of_it = losers(entry).size();
   lost_ += entry.chosen && losers_of_it > 0 ? 1 : 0;
-  unverified_ += entry.chosen ? 1 : 0;
+  unaudited_ += entry.chosen ? 1 : 0;
   if (entry.lease) {
     ++out_;
   } else if (is_disputed(entry)) {
@@ -112,7 +112,7 @@ void PendingAudits::list(const Key& key, const Entry& entry) {
 
 void PendingAudits::unlist(const Key& key, const Entry& entry) {
   lost_ -= entry.chosen && !losers(entry).empty() ? 1 : 0;
-  unverified_ -= entry.chosen ? 1 : 0;
+  unaudited_ -= entry.chosen ? 1 : 0;
   if (entry.lease) {
     --out_;
     return;
@@ -128,7 +128,9 @@ void PendingAudits::unlist(const Key& key, const Entry& entry) {
 
 void PendingAudits::open(const Key& key, Claim first, bool chosen) {
   const auto [at, fresh] = entries_.try_emplace(key);
-  if (!fresh) {
+  if (fresh) {
+    ranges_[key.tile].insert(key.range);
+  } else {
     unlist(key, at->second);
   }
   at->second = Entry{{std::move(first)}, {}, {}, chosen};
@@ -156,15 +158,22 @@ std::optional<LeaseId> PendingAudits::close(const Key& key) {
   unlist(key, found->second);
   const std::optional<LeaseId> lease = found->second.lease;
   entries_.erase(found);
+  const auto of_tile = ranges_.find(key.tile);
+  of_tile->second.erase(key.range);
+  if (of_tile->second.empty()) {
+    ranges_.erase(of_tile);
+  }
   return lease;
 }
 
 std::vector<std::pair<PendingAudits::Key, std::optional<LeaseId>>> PendingAudits::close_within(TileId tile,
                                                                                                SampleRange range) {
   std::vector<Key> within;
-  for (const auto& [key, entry] : entries_) {
-    if (key.tile == tile && range.contains(key.range)) {
-      within.push_back(key);
+  if (const auto of_tile = ranges_.find(tile); of_tile != ranges_.end()) {
+    for (const SampleRange& each : of_tile->second) {
+      if (range.contains(each)) {
+        within.push_back({each, tile});
+      }
     }
   }
   std::vector<std::pair<Key, std::optional<LeaseId>>> closed;

@@ -66,13 +66,13 @@ class PendingAudits {
     std::map<std::string, std::uint32_t> lost = {};  ///< how many of its audit leases each identity lost
     bool chosen = true;                              ///< selected for audit; else it is here only while claims differ
   };
-  /// An identity that lost so many leases of a place gets it no more. Others do.
+  /// An identity that lost this number of leases of a place no longer gets it. Other identities do.
   static constexpr std::uint32_t kMostLost = 5;
-  /// A place that so many identities lost so often is not leased again: it may be the cause.
+  /// A place that this number of identities lost kMostLost times is not leased again, because it may be the cause.
   static constexpr std::size_t kMostLosers = 3;
 
-  /// Opens an audit of the result that `first` claims. If not `chosen`, a second claim that differs follows. Replaces
-  /// an earlier entry of the place.
+  /// Opens an audit of the result that `first` claims. Not `chosen`: the caller then adds a second claim, which
+  /// differs. Replaces an earlier entry of the place.
   void open(const Key& key, Claim first, bool chosen = true);
   /// Null if no audit is open there.
   const Entry* find(const Key& key) const;
@@ -118,8 +118,8 @@ class PendingAudits {
   void release(const Key& key, LeaseId lease, const std::string* loser);
 
   std::size_t size() const { return entries_.size(); }
-  std::size_t unverified() const { return unverified_; }  ///< places selected for audit
-  /// Places that an identity gets no more because it lost them, of those selected for audit.
+  std::size_t unaudited() const { return unaudited_; }  ///< places selected for audit
+  /// Places selected for audit that some identity no longer gets, because it lost them too often.
   std::size_t lost() const { return lost_; }
   std::size_t out() const { return out_; }
   bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< a place can be leased
@@ -132,16 +132,17 @@ class PendingAudits {
  private:
   /// Only one claim is left, and it was not selected for audit.
   static bool is_settled(const Entry& entry) { return !entry.chosen && entry.claims.size() == 1 && !entry.lease; }
-  /// To call before and after each change of an entry, except that its lease is replaced.
+  /// Call unlist() before each change of an entry, and list() after it, unless the change only replaces its lease.
   void unlist(const Key& key, const Entry& entry);
   void list(const Key& key, const Entry& entry);
-  /// Identities that made a claim, or rendered parts of a joined node that one is about.
+  /// Identities that made a claim, or rendered parts of a joined node that has a claim.
   static std::set<std::string> claimants(const Entry& entry);
   static bool is_disputed(const Entry& entry);
   /// Identities that lost the place too often.
   static std::vector<std::string> losers(const Entry& entry);
 
   std::map<Key, Entry> entries_;
+  std::map<TileId, std::set<SampleRange>> ranges_;  ///< of the entries of each tile
   struct Group {
     std::string fingerprint_class;
     std::set<std::string> excluded;  ///< identities that may not audit these places
@@ -151,7 +152,7 @@ class PendingAudits {
   static Group group_of(const Entry& entry);
   std::map<Group, std::set<Key>> waiting_;  ///< places with claims of one identity; not leased
   std::set<Key> disputed_;
-  std::size_t out_ = 0, lost_ = 0, unverified_ = 0;
+  std::size_t out_ = 0, lost_ = 0, unaudited_ = 0;
 };
 
 }  // namespace lightmill

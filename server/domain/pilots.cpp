@@ -14,7 +14,7 @@ namespace {
 constexpr double kMaxPilotSeconds = 1e7;
 constexpr std::size_t kMaxPilotReasonBytes = 1024;
 
-/// An allocation divides the samples of the frame. What it leaves is too small for the next step of any tile
+/// An allocation divides the samples of the frame. The undivided rest is too small for the next step of any tile
 /// (allocate() in common/film/allocation.h).
 Status check_allocation(const TileGrid& grid, const Allocation& allocation) {
   double left = 0, all = 0, least_step = std::numeric_limits<double>::infinity();

@@ -1,6 +1,7 @@
 // Pilots: leases without tiles, whose workers choose a job's method and the share of samples of each tile.
 //
-// Owns nothing. A pilot depends only on the job. If it is lost, it is granted again, and gives the same result.
+// Owns nothing. Takes grants and workers' choices. A pilot depends only on the job. If it is lost, it is granted again,
+// and gives the same result.
 #pragma once
 
 #include "server/domain/job_life_cycle.h"

@@ -6,8 +6,8 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kSearchInterval = std::chrono::seconds(1);
-/// Time of a preparation before it makes way. It doubles each time that the job makes way, up to kMostDoublings times. So a
-/// scene that takes long is prepared in the end.
+/// Time of a preparation before it can be preempted. Each preemption doubles it for that job, up to kMostDoublings
+/// times. So a scene that takes long is prepared in the end.
 constexpr Duration kPreparationPatience = std::chrono::seconds(10);
 constexpr std::uint32_t kMostDoublings = 6;
 /// Jobs for which one search finds a worker.
@@ -48,9 +48,9 @@ const Lease* Preparations::longest_before(const Job& job, Time now) const {
       continue;
     }
     const Job& other = jobs_.at(lease->unit.job);
-    const auto times = made_way_.find(other.id());
+    const auto times = preempted_.find(other.id());
     const Duration patience =
-        kPreparationPatience * (1 << (times == made_way_.end() ? 0 : std::min(times->second, kMostDoublings)));
+        kPreparationPatience * (1 << (times == preempted_.end() ? 0 : std::min(times->second, kMostDoublings)));
     if (other.spec().owner != job.spec().owner && other.spec().priority <= job.spec().priority &&
         now >= lease->got_on + patience && (longest == nullptr || lease->got_on < longest->got_on)) {
       longest = lease;
@@ -59,13 +59,13 @@ const Lease* Preparations::longest_before(const Job& job, Time now) const {
   return longest;
 }
 
-void Preparations::make_way(const Lease& lease, const Job& job, const Event& event) {
+void Preparations::preempt(const Lease& lease, const Job& job, const Event& event) {
   Worker& worker = workers_.at(lease.worker);
   const Job& other = jobs_.at(lease.unit.job);
   event.info(about(other.id(), worker.name(), lease.id),
              "worker {} leaves job {}, which it has prepared for {:.0f} s, because job {} of another user waits",
              worker.name(), other.id().value, to_seconds(event.now - lease.got_on), job.id().value);
-  ++made_way_[other.id()];
+  ++preempted_[other.id()];
   for (const LeaseId id : std::set(worker.leases())) {
     if (const Lease& each = leases_.at(id); each.unit.job == other.id() && leases_.is_preparation(each)) {
       leases_.end(id, {.cancel = true}, event);
@@ -79,7 +79,7 @@ void Preparations::tick(const Event& event) {
     return;
   }
   next_check_ = event.now + kSearchInterval;
-  std::erase_if(made_way_, [&](const auto& entry) {
+  std::erase_if(preempted_, [&](const auto& entry) {
     const Job* const job = jobs_.find(entry.first);
     return job == nullptr || !job->in_progress();
   });
@@ -92,7 +92,7 @@ void Preparations::tick(const Event& event) {
   for (const JobId id : held_up) {
     const Job& job = jobs_.at(id);
     if (const Lease* const lease = is_held_up(job) ? longest_before(job, event.now) : nullptr) {
-      make_way(Lease(*lease), job, event);
+      preempt(Lease(*lease), job, event);
     }
   }
 }

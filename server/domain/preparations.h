@@ -1,8 +1,8 @@
 // Preparations: workers that fetch and compile a scene, or run its pilot, and have delivered nothing of the job yet.
 //
-// If a job of another owner waits for such a worker, the preparation makes way for it after a while. So the jobs of one
-// owner cannot keep all workers busy without results. Owns the time of the next search, and counts how often each job
-// made way. JobQueue adds up the preparation time of each owner.
+// If a job of another owner waits for such a worker, it preempts the preparation after a while. So the jobs of one
+// owner cannot keep all workers busy without results. Owns the time of the next search, and the number of preemptions
+// of each job. JobQueue adds up the preparation time of each owner.
 #pragma once
 
 #include "server/domain/scheduler.h"
@@ -24,9 +24,9 @@ class Preparations {
   const Lease* at_work(const Worker& worker) const;
   /// Whether the job has work, and no worker renders or prepares it.
   bool is_held_up(const Job& job) const;
-  /// The longest preparation that must make way for this job; null if there is none.
+  /// The longest preparation that this job may preempt; null if there is none.
   const Lease* longest_before(const Job& job, Time now) const;
-  void make_way(const Lease& lease, const Job& job, const Event& event);
+  void preempt(const Lease& lease, const Job& job, const Event& event);
 
   JobTable& jobs_;
   LeaseTable& leases_;
@@ -34,7 +34,7 @@ class Preparations {
   JobQueue& queue_;
   Scheduler& scheduler_;
   Time next_check_;
-  std::map<JobId, std::uint32_t> made_way_;  ///< of jobs in progress
+  std::map<JobId, std::uint32_t> preempted_;  ///< of jobs in progress
 };
 
 }  // namespace lightmill

@@ -71,15 +71,19 @@ std::optional<Renderer> Provenance::find(const std::string& worker) const {
   return found == renderers_.end() ? std::nullopt : std::optional(*found);
 }
 
-std::vector<Provenance::Place> Provenance::nodes_of(JobId job, const Renderer& guilty) const {
-  std::vector<bool> guilty_ones;
+std::vector<bool> Provenance::accomplices(const Renderer& guilty) const {
+  std::vector<bool> found;
   for (const Renderer& each : renderers_) {
-    guilty_ones.push_back(shares_guilt(guilty, each));
+    found.push_back(shares_guilt(guilty, each));
   }
+  return found;
+}
+
+std::vector<Provenance::Place> Provenance::nodes_of(JobId job, const std::vector<bool>& renderers) const {
   std::vector<Place> nodes;
   if (const auto of_job = parts_.find(job); of_job != parts_.end()) {
     for (const auto& [place, parts] : of_job->second) {
-      if (std::ranges::any_of(parts, [&](std::uint32_t part) { return guilty_ones[part]; })) {
+      if (std::ranges::any_of(parts, [&](std::uint32_t part) { return renderers[part]; })) {
         nodes.push_back(place);
       }
     }

@@ -36,8 +36,10 @@ class Provenance {
   const Renderer& renderer(std::uint32_t index) const { return renderers_.at(index); }
   /// A renderer of this name, or else of this identity.
   std::optional<Renderer> find(const std::string& worker) const;
-  /// Nodes of the job with parts of renderers that share the guilt of this one.
-  std::vector<Place> nodes_of(JobId job, const Renderer& guilty) const;
+  /// For each index: whether this renderer shares the guilt of that one.
+  std::vector<bool> accomplices(const Renderer& guilty) const;
+  /// Nodes of the job with parts of these renderers.
+  std::vector<Place> nodes_of(JobId job, const std::vector<bool>& renderers) const;
 
  private:
   std::uint32_t index_of(const Renderer& renderer);

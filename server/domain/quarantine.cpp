@@ -90,6 +90,7 @@ void Quarantine::accuse_program(Job& job, const NodeKey& key, const Dispute& dis
 }
 
 void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
+  const std::vector<bool> accomplices = provenance_.accomplices(guilty);
   for (const auto& [id, job] : jobs_.all()) {
     const JobState state = job->state();
     if (state == JobState::failed || state == JobState::cancelled) {
@@ -97,7 +98,7 @@ void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
     }
     job->audits().retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
     queue_.refresh(*job);
-    const std::vector<Provenance::Place> tainted = provenance_.nodes_of(id, guilty);
+    const std::vector<Provenance::Place> tainted = provenance_.nodes_of(id, accomplices);
     if (tainted.empty()) {
       continue;
     }

@@ -1,5 +1,7 @@
 // List of workers in quarantine, each with its reason: an audit found it wrong, or an operator put it there. All other
 // workers of its identity share the quarantine.
+//
+// Owns these records. Takes new ones, and releases.
 #pragma once
 
 #include <map>

@@ -11,13 +11,28 @@ namespace {
 
 /// Identities whose own limits are remembered. Workers of further ones get the job again at once.
 constexpr std::size_t kMostIdentities = 1000;
+/// More renderers are not remembered. Of so many, some do not refuse.
+constexpr std::size_t kMostRenderers = 64;
 /// Busy workers of others ask for work sooner than this.
 constexpr Duration kSilenceDelay = std::chrono::seconds(30);
 
 }  // namespace
 
-void Refusals::add(const std::string& identity, const std::string& worker, const std::string& reason, bool certain) {
-  refusals_.push_back({identity, worker, reason, certain});
+void Refusals::add(const std::string& identity, const std::string& worker, const std::string& reason, Cause cause) {
+  refusals_.push_back({identity, worker, reason, cause});
+}
+
+void Refusals::rendered_by(const std::string& identity) {
+  refuted_ = refuted_ || (!empty() && !excludes(identity));
+  silence_.erase(identity);
+  if (renderers_.size() < kMostRenderers) {
+    renderers_.insert(identity);
+  }
+}
+
+bool Refusals::are_denied() const {
+  return std::ranges::all_of(refusals_, [](const Refusal& each) { return each.cause == Cause::claim; }) &&
+         std::ranges::any_of(renderers_, [this](const std::string& identity) { return !excludes(identity); });
 }
 
 bool Refusals::excludes(const std::string& identity) const {
@@ -56,6 +71,11 @@ void Refusals::left_to_others(const std::string& identity, Time now) {
 
 void Refusals::held_in_silence(const std::string& identity, Time now) {
   count(held_in_silence_, identity, now);
+  silence_.erase(identity);
+}
+
+Duration Refusals::add_silence(const std::string& identity, Duration time) {
+  return silence_.size() < kMostIdentities || silence_.contains(identity) ? silence_[identity] += time : time;
 }
 
 Time Refusals::may_have_from(const std::string& identity, Time connected_at) const {

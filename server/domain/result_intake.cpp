@@ -8,18 +8,21 @@ namespace {
 /// Most thread time of one result, far beyond any lease. Larger sums could lose precision where fairness compares them.
 constexpr double kMaxResultSeconds = 1e7;
 
-/// A node must not have NaN, infinities or −0. Branch-free, so that eight values are checked at a time.
-bool values_are_sound(std::span<const float> values) {
+/// A node must not have NaN, −0, or values beyond `largest`. Branch-free, so that eight values are checked at a time.
+bool values_are_sound(std::span<const float> values, float largest) {
+  const auto most = std::bit_cast<std::uint32_t>(largest);
   std::uint32_t bad = 0;
   for (const float value : values) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
-    bad |= static_cast<std::uint32_t>((bits & 0x7f800000u) == 0x7f800000u) |
-           static_cast<std::uint32_t>(bits == 0x80000000u);
+    bad |= static_cast<std::uint32_t>((bits & 0x7fffffffu) > most) | static_cast<std::uint32_t>(bits == 0x80000000u);
   }
   return bad == 0;
 }
 
 Status check_node(const Job& job, const WorkerResult& result) {
+  if (result.damaged) {
+    return data_loss("its hash does not match its values");
+  }
   const NodeKey& key = result.key;
   if (key.tile.value >= job.film().grid().tile_count()) {
     return invalid_argument("there is no tile {}: the film has {}", key.tile.value, job.film().grid().tile_count());
@@ -31,14 +34,11 @@ Status check_node(const Job& job, const WorkerResult& result) {
       result.node.values.size() != expected) {
     return invalid_argument("it has {} values instead of {}", result.node.values.size(), expected);
   }
-  if (!values_are_sound(result.node.values)) {
-    return invalid_argument("a value is NaN, infinite or -0");
+  if (!values_are_sound(result.node.values, largest_value(key.range))) {
+    return invalid_argument("a value is NaN, too large or -0");
   }
   if (!(result.seconds >= 0 && result.seconds <= kMaxResultSeconds)) {
     return invalid_argument("it claims {} s of thread time", result.seconds);
-  }
-  if (hash_of(result.node) != result.hash) {
-    return data_loss("its hash does not match its values");
   }
   return ok_status();
 }
@@ -140,7 +140,7 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
              message_of(error));
   jobs_.at(result.key.job).note_unkept_result();
   event.send_after_commit(session, ResultAck{{result.key}});
-  sessions_.distrust(session, result.lease, error, event);
+  dismissals_.distrust(session, result.lease, error, event);
 }
 
 bool ResultIntake::is_granted(const std::string& worker, const WorkerResult& result) const {
@@ -163,10 +163,10 @@ void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& 
 void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event) {
   ++totals_.results_repeated;
   if (differs && !job.spec().allow_mixed) {
-    event.warn(about(job.id(), by.worker),
-               "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
-               "dropped",
-               job.id().value, key.tile.value, key.range.first(), key.range.end(), by.worker);
+    event.warn(
+        about(job.id(), by.worker),
+        "job {}, tile {}, samples [{}, {}): worker {} sent other bits than the merged ones; its result is dropped",
+        job.id().value, key.tile.value, key.range.first(), key.range.end(), by.worker);
   }
 }
 

@@ -3,8 +3,8 @@
 // Owns nothing. Takes results.
 #pragma once
 
+#include "server/domain/dismissals.h"
 #include "server/domain/quarantine.h"
-#include "server/domain/sessions.h"
 
 namespace lightmill {
 
@@ -12,7 +12,7 @@ class ResultIntake {
  public:
   ResultIntake(const GrantSigner& signer, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
                const QuarantineList& quarantined, JobQueue& queue, Provenance& provenance, JobLifeCycle& life_cycle,
-               Scheduler& scheduler, Audits& audits, Quarantine& quarantine, Sessions& sessions, FarmTotals& totals)
+               Scheduler& scheduler, Audits& audits, Quarantine& quarantine, Dismissals& dismissals, FarmTotals& totals)
       : signer_(signer),
         jobs_(jobs),
         leases_(leases),
@@ -24,7 +24,7 @@ class ResultIntake {
         scheduler_(scheduler),
         audits_(audits),
         quarantine_(quarantine),
-        sessions_(sessions),
+        dismissals_(dismissals),
         totals_(totals) {}
 
   void take(SessionId session, WorkerResult result, const Event& event);
@@ -56,7 +56,7 @@ class ResultIntake {
   Scheduler& scheduler_;
   Audits& audits_;
   Quarantine& quarantine_;
-  Sessions& sessions_;
+  Dismissals& dismissals_;
   FarmTotals& totals_;
 };
 

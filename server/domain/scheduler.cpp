@@ -9,11 +9,11 @@
 namespace lightmill {
 namespace {
 
-/// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases so many that it
-/// can take their results within this time. Else thousands of workers would send theirs at once.
+/// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases only as many as
+/// it can take the results of within this time. Else thousands of workers would send theirs at once.
 constexpr double kTriedSeconds = 0.5;
-/// What a worker may hold of a job: this times what it delivered of it in the last minute. Where units take longer than
-/// a quarter of a minute, so many units.
+/// What a worker may hold of a job: this factor times the pixel samples that it delivered in the last minute. If units
+/// take longer than a quarter of a minute: this number of units.
 constexpr double kRecentWork = 2, kUnitsHeld = 4;
 
 double pixels_of_a_tile(const Job& job) {
@@ -98,7 +98,7 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
 }
 
 bool Scheduler::may_start(const Worker& worker, const Job& job) const {
-  if (!job.record().fingerprint_class.empty() || job.spec().allow_mixed || job.spec().verify_share <= 0 ||
+  if (!job.record().fingerprint_class.empty() || job.spec().allow_mixed || job.spec().audit_share <= 0 ||
       workers_.identities_like(worker) > 1 || !workers_.any_can_audit(worker.hello().renderer_version)) {
     return true;
   }
@@ -203,7 +203,7 @@ UnitAim Scheduler::aim_for(const Worker& worker, const Job& job, Time now) const
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(workers_.threads(), 1));
   set_times(limits_.unit_seconds, node_bytes(job), result_rate_.bytes_per_second(), aim);
   if (const double seconds = job.spec().goal.seconds; seconds > 0) {
-    // When its time is up, the job waits for leased units. The lower limit keeps the rate of results within the pace.
+    // When its time is up, the job waits for leased units. The lower limit keeps the rate of results within its limit.
     const double least = std::min(std::max(aim.unit_seconds / 2, 2 * aim.least_seconds), aim.unit_seconds);
     aim.unit_seconds = std::clamp(seconds - job.active_seconds(now), least, aim.unit_seconds);
   }

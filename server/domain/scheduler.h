@@ -1,7 +1,7 @@
 // Scheduler: leases the work of the queue's jobs to workers that want more.
 //
-// Owns the pace of results, and the reason why leasing is stopped. Takes workers to serve, results, and the waits that
-// workers report. The queue decides which job is next, and the job's plan which of its samples.
+// Owns the limit on the rate of results, and the reason why leasing is stopped. Takes workers to serve, results, and
+// the waits that workers report. The queue decides which job is next, and the job's plan which of its samples.
 #pragma once
 
 #include "server/domain/pilots.h"
@@ -24,8 +24,8 @@ class Scheduler {
 
   /// Gives the worker leases until it wants no more, or until there is nothing for it. Then it is idle.
   void serve(Worker& worker, const Event& event);
-  /// Serves all idle workers, one lease each in turn, so that the work is spread over them. Who waits longest is first:
-  /// work that one identity gives back or loses goes to others.
+  /// Serves all idle workers, one lease each in turn, so that the work is spread over them. The worker that has waited
+  /// longest comes first. So work that one identity gives back or loses goes to others.
   void serve_all(const Event& event);
   /// Why leasing is stopped; empty while it is not.
   const std::string& held() const { return held_; }
@@ -37,7 +37,7 @@ class Scheduler {
   double most_pixel_samples(const Worker& worker, const Job& job, const UnitAim& aim, Time now) const;
   UnitAim aim_for(const Worker& worker, const Job& job, Time now) const;
   void result_received(const WorkerResult& result, Time now);
-  /// Slows the pace if results wait too long for their acknowledgement. Else speeds it up.
+  /// Lowers the rate if results wait too long for their acknowledgement. Else raises it.
   void update_result_rate(const Event& event);
   /// Results waited for another reason than their number.
   void note_stall(Time now) { result_rate_.note_stall(now); }
@@ -46,8 +46,8 @@ class Scheduler {
  private:
   bool serve_once(Worker& worker, const Event& event);
   bool grant_next(Worker& worker, const Event& event);
-  /// Whether the worker may give the job its fingerprint class. A worker can claim any class, and alone in it is never
-  /// audited. So while a class has two identities, jobs with audits start there.
+  /// Whether the worker may give the job its fingerprint class. A worker can claim a class of its own, where no other
+  /// worker can audit it. So while some class has two identities, jobs with audits start only in such a class.
   bool may_start(const Worker& worker, const Job& job) const;
   /// Grants work of the job. Null: this worker gets nothing from any job, because the next unit needs a worker without
   /// other leases.
@@ -65,7 +65,7 @@ class Scheduler {
   Pilots& pilots_;
   std::string held_;
   ResultRateControl result_rate_;
-  bool slowed_ = false;  ///< a note has reported a slow pace
+  bool slowed_ = false;  ///< a note has reported a lowered rate
 };
 
 }  // namespace lightmill

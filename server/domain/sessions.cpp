@@ -1,7 +1,5 @@
 #include "server/domain/sessions.h"
 
-#include <fmt/ranges.h>
-
 #include "common/base/check.h"
 #include "common/base/number_text.h"
 #include "common/base/text.h"
@@ -14,8 +12,6 @@ namespace {
 constexpr std::uint32_t kMaxThreads = 4096;
 /// Leases that a hello may list. An honest worker has at most 16.
 constexpr std::size_t kMostHeld = 1'000;
-/// Least time between two notes that the farm is full.
-constexpr Duration kFullNotePause = std::chrono::minutes(1);
 /// Of all workers together, if all had the interval of the newest one.
 constexpr int kHeartbeatsPerSecond = 500;
 
@@ -49,44 +45,33 @@ Duration Sessions::heartbeat_interval() const {
                   std::min<Duration>({of_all, limits_.lease_duration / 4, limits_.silence / 4}));
 }
 
-void Sessions::dismiss(SessionId session, std::string reason, const Event& event, bool for_now) {
-  const std::string& name = workers_.find_session(session)->worker;
-  if (!for_now) {
-    event.warn(about(name), "worker {} is dismissed: {}", name, reason);
-  } else if (event.now >= next_full_note_) {  // workers retry
-    next_full_note_ = event.now + kFullNotePause;
-    event.warn(about(name), "worker {} finds no room: {}", name, reason);
-  }
-  event.send_after_commit(session, Dismissal{std::move(reason), for_now});
-  workers_.end_current(session);
-  inspections_.left(session, false, event);
-}
-
 void Sessions::connect(SessionId session, const WorkerHello& hello, const Event& event) {
   LM_CHECK(workers_.find_session(session) == nullptr, "session {} said hello twice", session.value);
   workers_.open_session(session, hello, event.now);
   if (const Status status = check_hello(hello); !status.ok()) {
-    dismiss(session, message_of(status), event);
+    dismissals_.dismiss(session, message_of(status), event);
     return;
   }
   if (workers_.is_full(hello.name)) {
-    dismiss(session,
-            fmt::format("the farm is full: it takes {} workers (--max-workers); try again later", limits_.max_workers),
-            event, true);
+    dismissals_.dismiss(
+        session,
+        fmt::format("the farm is full: it takes {} workers (--max-workers); try again later", limits_.max_workers),
+        event, true);
     return;
   }
   if (const Worker* const known = workers_.find(hello.name); known != nullptr && known->session()) {
     // If two processes have one name, the connected one keeps it. Else they would take it from each other forever.
     const bool heard = event.now < known->heard_at() + limits_.lease_duration;
     if (heard && !known->draining() && !same_process(known->hello(), hello)) {
-      dismiss(session,
-              fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
-                          "out for one that is unique",
-                          hello.name, known->hello().pid, known->hello().host),
-              event);
+      dismissals_.dismiss(
+          session,
+          fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
+                      "out for one that is unique",
+                      hello.name, known->hello().pid, known->hello().host),
+          event);
       return;
     }
-    dismiss(*known->session(), fmt::format("another worker connected with the name {}", hello.name), event);
+    dismissals_.dismiss(*known->session(), fmt::format("another worker connected with the name {}", hello.name), event);
   }
   const bool quarantined =
       quarantine_.contains({hello.name, identity_of(hello)}, hello.identity.empty() ? hello.host : "");
@@ -100,14 +85,15 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   }
   worker.waits_from(leases_.last_id());
   const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
-  scheduler_.serve_all(event);  // who waited before has first call on what this one lost
+  scheduler_.serve_all(event);  // workers that waited before get the work that this one lost
   if (forged) {
-    // Counts once for each hello, and not for the identity: honest workers of one machine may bring leases of another
-    // farm that they find at this address.
-    event.warn(about(JobId{}, hello.name, *forged), "worker {}: lease {}, which it brings, was never granted to it",
+    // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another
+    // farm that had this address before.
+    event.warn(about(JobId{}, hello.name, *forged), "worker {} brings lease {}, which was never granted to it",
                hello.name, forged->value);
-    judge(session, worker.count_bad_result(),
-          make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"), event);
+    dismissals_.judge(session, worker.count_bad_result(),
+                      make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"),
+                      event);
   } else {
     scheduler_.serve(worker, event);
   }
@@ -134,7 +120,7 @@ std::optional<LeaseId> Sessions::take_back_held(Worker& worker, const WorkerHell
       forged = held.lease;
     }
   }
-  // The worker does not render leases in its name that it does not hold.
+  // The table may have leases of this name that the worker does not hold. It does not render them.
   for (const LeaseId id : std::set(worker.leases())) {
     if (!worker.leases().contains(id) || kept.contains(id)) {
       continue;
@@ -142,7 +128,12 @@ std::optional<LeaseId> Sessions::take_back_held(Worker& worker, const WorkerHell
     if (other_process) {
       life_cycle_.lose_lease(id, false, event);
     } else {
+      const Lease ended = leases_.at(id);
+      const bool worked_on = leases_.is_worked_on(ended);
       life_cycle_.end_lease(id, {.lost = true}, event);
+      if (worked_on) {
+        life_cycle_.given_back(ended, event);
+      }
     }
   }
   if (!unwanted.leases.empty()) {
@@ -161,7 +152,7 @@ Sessions::Adoption Sessions::adopt(Worker& worker, const HeldLease& held, const 
   if (tiles.empty() || tiles.size() != held.tags.size() || !are_ascending(tiles)) {
     return Adoption::unwanted;
   }
-  // The first wrong tag ends the work for a lease. A worker has no right tags but those of its grants.
+  // The first wrong tag decides. A worker has right tags only from its own grants.
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const NodeKey key{held.unit.job, tiles[i], held.unit.range};
     if (!signer_.verify(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {
@@ -225,57 +216,6 @@ void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const
   if (!unknown.leases.empty()) {
     event.send_after_commit(*worker.session(), std::move(unknown));
   }
-  check_overruns(worker, heartbeat, event);
-  scheduler_.serve(worker, event);
-}
-
-void Sessions::check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
-  for (const TileAtWork& at_work : heartbeat.at_work) {
-    const Lease* const lease = leases_.find(at_work.lease);
-    if (lease == nullptr || lease->worker != worker.name() || !(lease->is_pilot() || lease->wants(at_work.tile))) {
-      continue;
-    }
-    // A thread has no more CPU time than the lease is open.
-    if (std::min(at_work.cpu_seconds, to_seconds(event.now - lease->granted)) <= limits_.tile_cpu_seconds) {
-      continue;
-    }
-    if (lease->is_pilot()) {
-      pilot_overran(worker, Lease(*lease), event);
-    } else {
-      overran(worker, Lease(*lease), at_work.tile, event);
-    }
-  }
-}
-
-void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Event& event) {
-  Job& job = jobs_.at(lease.unit.job);
-  const SampleRange range = lease.unit.range;
-  const std::string reason =
-      fmt::format("{} took more than {:g} s of CPU time", describe_place(job, tile, range), limits_.tile_cpu_seconds);
-  event.warn(about(job.id(), worker.name(), lease.id), "worker {}: {}", worker.name(), reason);
-  leases_.end(lease.id, {.cancel = true, .lost = lease.audits}, event);
-  if (lease.audits) {
-    return;
-  }
-  job.plan().cut_to_one_sample(tile, worker.identity());
-  queue_.refresh(job);
-  if (range.count() == 1) {
-    job.refused(worker.identity(), worker.name(), reason, false);
-    life_cycle_.withdraw(job, worker, event);
-  }
-  scheduler_.serve_all(event);
-}
-
-void Sessions::pilot_overran(Worker& worker, const Lease& lease, const Event& event) {
-  Job& job = jobs_.at(lease.unit.job);
-  const std::string reason =
-      fmt::format("the pilot of job {} ({}) took more than {:g} s of CPU time", job.id().value,
-                  fmt::join(job.record().method_notes.candidates, ", "), limits_.tile_cpu_seconds);
-  event.warn(about(job.id(), worker.name(), lease.id), "worker {}: {}", worker.name(), reason);
-  leases_.end(lease.id, {.cancel = true}, event);
-  job.refused(worker.identity(), worker.name(), reason, false);
-  life_cycle_.withdraw(job, worker, event);
-  scheduler_.serve_all(event);
 }
 
 void Sessions::give_back(Worker& worker, const WorkerReturn& message, const Event& event) {
@@ -285,7 +225,12 @@ void Sessions::give_back(Worker& worker, const WorkerReturn& message, const Even
   }
   Job& job = jobs_.at(lease->unit.job);
   worker.job(job.id()).describe = true;
+  const Lease ended = *lease;
+  const bool worked_on = leases_.is_worked_on(ended);
   leases_.end(message.lease, {}, event);
+  if (worked_on) {
+    life_cycle_.given_back(ended, event);
+  }
   life_cycle_.finish_if_complete(job, event);
   scheduler_.serve_all(event);
   scheduler_.serve(worker, event);
@@ -304,7 +249,7 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
     worker.exclude(job->id(), reason);
     job->left_to_others(worker.identity(), event.now);
   } else {
-    job->refused(worker.identity(), worker.name(), reason, true);
+    job->refused(worker.identity(), worker.name(), reason, Refusals::Cause::claim);
   }
   life_cycle_.withdraw(*job, worker, event);
   scheduler_.serve_all(event);
@@ -312,32 +257,6 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
 }
 
 // ---- ends of sessions ----
-
-void Sessions::distrust(SessionId session, LeaseId lease_id, const Status& error, const Event& event) {
-  if (const Lease* const lease = leases_.find(lease_id);
-      lease != nullptr && lease->worker == workers_.find_session(session)->worker) {
-    life_cycle_.end_lease(lease_id, {.cancel = true, .lost = true}, event);
-  }
-  judge(session, workers_.count_bad_result(session, event.now), error, event);
-}
-
-void Sessions::judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event) {
-  Worker* const worker = workers_.of(session);
-  if (worker == nullptr) {
-    return;
-  }
-  if (bad_results >= limits_.max_bad_results) {
-    const std::string name = worker->name();
-    dismiss(session, fmt::format("{} damaged results, the last: {}", bad_results, message_of(error)), event);
-    while (!worker->leases().empty()) {
-      life_cycle_.end_lease(*worker->leases().begin(), {.lost = true}, event);
-    }
-    workers_.forget_if_gone(name, event);
-  } else {
-    scheduler_.serve(*worker, event);
-  }
-  scheduler_.serve_all(event);
-}
 
 void Sessions::leaves(Worker& worker, const Event& event) {
   if (!worker.draining()) {

@@ -1,10 +1,9 @@
 // Sessions of workers: they connect with their leases, give work back, refuse it, fall silent and leave.
 //
-// Owns only the time of the next note that the farm is full. WorkerRegistry owns the workers.
+// Owns nothing. WorkerRegistry owns the workers.
 #pragma once
 
-#include "server/domain/inspections.h"
-#include "server/domain/scheduler.h"
+#include "server/domain/dismissals.h"
 
 namespace lightmill {
 
@@ -12,7 +11,7 @@ class Sessions {
  public:
   Sessions(const CoordinatorLimits& limits, const GrantSigner& signer, JobTable& jobs, LeaseTable& leases,
            WorkerRegistry& workers, const QuarantineList& quarantine, JobQueue& queue, JobLifeCycle& life_cycle,
-           Scheduler& scheduler, Inspections& inspections)
+           Scheduler& scheduler, Inspections& inspections, Dismissals& dismissals)
       : limits_(limits),
         signer_(signer),
         jobs_(jobs),
@@ -22,14 +21,10 @@ class Sessions {
         queue_(queue),
         life_cycle_(life_cycle),
         scheduler_(scheduler),
-        inspections_(inspections) {}
+        inspections_(inspections),
+        dismissals_(dismissals) {}
 
   void connect(SessionId session, const WorkerHello& hello, const Event& event);
-  /// Ends the session with a message. `for_now`: because the farm is full.
-  void dismiss(SessionId session, std::string reason, const Event& event, bool for_now = false);
-  /// Takes back the lease of an invalid message, if the session's worker has it, and counts the message for the
-  /// worker's identity. Too many end the session.
-  void distrust(SessionId session, LeaseId lease, const Status& error, const Event& event);
   void disconnected(SessionId session, const Event& event);
   /// The worker takes no more leases, and leaves after its last one.
   void leaves(Worker& worker, const Event& event);
@@ -43,8 +38,6 @@ class Sessions {
   void refuse(Worker& worker, const WorkerRefusal& refusal, const Event& event);
 
  private:
-  /// Ends the session if these are too many bad results.
-  void judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event);
   /// The stream ended. The worker's leases wait for it for `disconnect_grace`.
   void end(SessionId session, const Event& event);
   /// For a worker that connects now. It grows with the number of sessions.
@@ -55,10 +48,6 @@ class Sessions {
   enum class Adoption { adopted, unwanted, forged };
   /// `forged`: a tag is of no grant to this worker. Leases that are merely stale are unwanted.
   Adoption adopt(Worker& worker, const HeldLease& held, const Event& event);
-  /// Takes back tiles and pilots that take too long.
-  void check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
-  void overran(Worker& worker, const Lease& lease, TileId tile, const Event& event);
-  void pilot_overran(Worker& worker, const Lease& lease, const Event& event);
 
   const CoordinatorLimits& limits_;
   const GrantSigner& signer_;
@@ -70,7 +59,7 @@ class Sessions {
   JobLifeCycle& life_cycle_;
   Scheduler& scheduler_;
   Inspections& inspections_;
-  Time next_full_note_{};
+  Dismissals& dismissals_;
 };
 
 }  // namespace lightmill

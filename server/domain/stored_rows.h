@@ -71,10 +71,10 @@ struct PutResult {
   NodeKey key;
   Hash128 hash;
   Renderer by;
-  bool to_verify = false;  ///< an audit of it is pending
+  bool audit_pending = false;  ///< an audit of it is pending
 };
 /// An audit gave the same bits as the recorded result.
-struct PutVerified {
+struct PutAudited {
   NodeKey key;
 };
 /// Deletes the records of results of the key's tile whose samples lie within the key's range.
@@ -122,9 +122,10 @@ struct DropAction {
   std::uint64_t number = 0;
 };
 
-/// One write to the store. Its copies are compiled once, in stored_rows.cpp: those of std::variant take seconds in each file.
+/// One write to the store. Its copies are compiled once, in stored_rows.cpp: those of std::variant take seconds in each
+/// file.
 struct StoreOp
-    : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutVerified, DropResults,
+    : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutAudited, DropResults,
                    DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction> {
   using variant::variant;
   StoreOp(const StoreOp& other);
@@ -150,7 +151,7 @@ struct StoredState {
     SampleRange range;
     Hash128 hash;
     std::uint32_t by = 0;  ///< index in `renderers`
-    bool to_verify = false;
+    bool audit_pending = false;
   };
   struct StoredJob {
     JobRecord record;

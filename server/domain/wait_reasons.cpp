@@ -9,10 +9,10 @@ namespace {
 
 /// Workers ask again sooner than this.
 constexpr Duration kMissingPatience = std::chrono::seconds(5);
-/// A job without results for so long says which worker it waits for.
+/// After this time without results, a job's reason names the worker that it waits for.
 constexpr Duration kStandstill = std::chrono::minutes(1);
 
-/// Counts workers, and keeps the first by name. A reason names that one.
+/// Counts workers, and keeps the first by name, which a reason names.
 struct SomeWorkers {
   const Worker* first = nullptr;
   std::size_t count = 0;

@@ -1,6 +1,6 @@
 // Reasons for which jobs wait.
 //
-// Owns the missing assets, each with the time of the last request.
+// Owns the missing assets, each with the time of the last request. Takes these requests.
 #pragma once
 
 #include "server/domain/scheduler.h"
@@ -38,7 +38,7 @@ class WaitReasons {
 
  private:
   std::string reason_of_missing(const Job& job, Time now) const;
-  /// Why the job stands still, if no lease of it has brought a result for long.
+  /// Why the job makes no progress, if none of its leases has brought a result for long.
   std::string reason_of_standstill(const Job& job, Time now) const;
 
   const JobTable& jobs_;

@@ -8,7 +8,7 @@ namespace lightmill {
 namespace {
 
 constexpr double kLeastUnitScale = 1.0 / 64;
-/// A search for silent workers visits all of them. There are at most so many searches per `silence`.
+/// Most searches for silent workers per `silence`. Each search visits all workers.
 constexpr int kSilenceChecks = 20;
 
 }  // namespace

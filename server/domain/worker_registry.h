@@ -32,7 +32,7 @@ bool same_process(const WorkerHello& a, const WorkerHello& b);
 /// Time over which a worker's results show what it can do: ten bins of this length.
 inline constexpr Duration kDeliveryBin = std::chrono::seconds(6);
 
-/// An identity that sent no bad result for so long starts at none again.
+/// After this time without a bad result, an identity's count starts again at zero.
 inline constexpr Duration kBadResultMemory = std::chrono::hours(1);
 
 /// A job as one worker sees it.
@@ -61,7 +61,7 @@ class Worker {
   Time result_at() const { return result_at_; }  ///< last result
   bool draining() const { return draining_; }
   bool quarantined() const { return quarantined_; }
-  bool silent() const { return silent_; }  ///< let a lease expire, and was not heard since
+  bool silent() const { return silent_; }  ///< it let a lease expire, and was not heard since
   /// Whether its threads count for the farm: connected, and neither draining nor in quarantine.
   bool counts() const { return session_ && !draining_ && !quarantined_; }
   bool stays() const { return session_ && !draining_; }             ///< connected, and not draining
@@ -78,7 +78,8 @@ class Worker {
   std::uint32_t tiles_out() const { return tiles_out_; }
   double unit_scale() const { return unit_scale_; }  ///< halved by a lost lease, doubled by a finished one, at most 1
   void lent(const Lease& lease);
-  /// The newest lease of the farm when this worker connected, or its own newest one. Who has the least waits longest.
+  /// The newest lease of the farm when this worker connected, or its own newest one. The worker with the lowest id has
+  /// waited longest.
   LeaseId waits_since() const { return waits_since_; }
   void waits_from(LeaseId newest) { waits_since_ = newest; }
   void tile_done() { --tiles_out_; }
@@ -144,8 +145,8 @@ class WorkerRegistry {
   const std::map<std::string, Worker>& all() const { return workers_; }
   std::uint64_t threads() const { return threads_; }  ///< Worker::threads() of all workers with counts()
   std::uint64_t claimed_threads() const { return claimed_threads_; }
-  /// Counts a bad result of the session's worker, and of its identity. Returns the number of the identity. Another name
-  /// or process does not change that. It ends when the identity sent none for kBadResultMemory.
+  /// Counts a bad result of the session's worker, and of its identity. Returns the identity's count, which all its
+  /// names and processes share. It restarts after kBadResultMemory without bad results.
   std::uint32_t count_bad_result(SessionId session, Time now);
   /// A result came for an open lease of the worker.
   void delivered(Worker& worker, JobId job, std::uint64_t pixel_samples, Time now);

@@ -16,7 +16,6 @@
 
 #include "common/base/address.h"
 #include "common/base/log.h"
-#include "server/listen/listen_problem.h"
 
 namespace lightmill {
 namespace {
@@ -36,16 +35,17 @@ constexpr int kAcceptedAtOnce = 64;
 
 using AddressInfo = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
 
-AddressInfo resolve(const std::string& host, int port) {
+/// The error text says why the host has no address.
+Result<AddressInfo> resolve(const HostPort& at) {
   addrinfo hints{};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
   addrinfo* found = nullptr;
-  if (::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) != 0) {
-    found = nullptr;
+  if (const int code = ::getaddrinfo(at.host.c_str(), std::to_string(at.port).c_str(), &hints, &found); code != 0) {
+    return unavailable("'{}' is not an address ({})", at.host, ::gai_strerror(code));
   }
-  return {found, &::freeaddrinfo};
+  return AddressInfo(found, &::freeaddrinfo);
 }
 
 int port_of(const sockaddr_storage& address) {
@@ -74,11 +74,11 @@ void set_option(int socket, int level, int option, int value) {
   (void)::setsockopt(socket, level, option, &value, sizeof value);
 }
 
-/// A listening socket, or -1 if the address cannot be bound. Accepted sockets inherit its options.
+/// A listening socket, or -errno if the address cannot be bound. Accepted sockets inherit its options.
 int listen_at(const sockaddr* address, socklen_t size) {
   const int socket = ::socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket < 0) {
-    return -1;
+    return -errno;
   }
   set_option(socket, SOL_SOCKET, SO_REUSEADDR, 1);
   set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
@@ -87,8 +87,9 @@ int listen_at(const sockaddr* address, socklen_t size) {
     set_option(socket, IPPROTO_IPV6, IPV6_V6ONLY, 0);
   }
   if (::bind(socket, address, size) != 0 || ::listen(socket, kBacklog) != 0) {
+    const int error = errno;
     ::close(socket);
-    return -1;
+    return -error;
   }
   return socket;
 }
@@ -100,7 +101,7 @@ sockaddr_storage local_address(int socket) {
   return address;
 }
 
-/// A socket for all addresses of the machine, of both families if it has them. -1 on failure.
+/// A socket for all addresses of the machine, of both families if it has them. Negative on failure.
 int listen_everywhere(int port) {
   sockaddr_in6 any{};
   any.sin6_family = AF_INET6;
@@ -109,16 +110,29 @@ int listen_everywhere(int port) {
   return listen_at(reinterpret_cast<const sockaddr*>(&any), sizeof any);
 }
 
-/// Sockets for all addresses of a host, with the same port.
-std::vector<int> listen_on(const HostPort& at) {
+/// Why the address cannot be bound. `option` gave it.
+std::string bind_problem(int error, std::string_view option) {
+  switch (error) {
+    case EADDRINUSE:
+      return fmt::format("another program (another lightmill-server?) is using the port; choose another with {}",
+                         option);
+    case EADDRNOTAVAIL:
+      return "this machine has no such address; 0.0.0.0 means all of its addresses";
+    default:
+      return std::strerror(error);
+  }
+}
+
+/// Sockets for all addresses of a host, with the same port. UNAVAILABLE if none can be bound, with the first error.
+Result<std::vector<int>> listen_on(const HostPort& at, std::string_view option) {
   std::vector<int> sockets;
   if (at.host == "0.0.0.0" || at.host == "::") {
     if (const int socket = listen_everywhere(at.port); socket >= 0) {
-      return {socket};
+      return std::vector<int>{socket};
     }
   }
-  int port = at.port;
-  const AddressInfo found = resolve(at.host, at.port);
+  int port = at.port, error = 0;
+  LM_ASSIGN_OR_RETURN(const AddressInfo found, resolve(at));
   for (const addrinfo* each = found.get(); each != nullptr; each = each->ai_next) {
     sockaddr_storage address{};
     std::memcpy(&address, each->ai_addr, each->ai_addrlen);
@@ -128,19 +142,19 @@ std::vector<int> listen_on(const HostPort& at) {
     if (const int socket = listen_at(reinterpret_cast<const sockaddr*>(&address), each->ai_addrlen); socket >= 0) {
       sockets.push_back(socket);
       port = port_of(local_address(socket));
+    } else if (error == 0) {
+      error = -socket;
     }
   }
-  return sockets;
+  return sockets.empty() ? unavailable("{}", bind_problem(error, option)) : Result<std::vector<int>>(sockets);
 }
 
 }  // namespace
 
 Result<std::unique_ptr<Listener>> Listener::open(const std::string& listen, std::string_view option, std::size_t most) {
   LM_ASSIGN_OR_RETURN(const HostPort at, parse_host_port(listen));
-  std::vector<int> sockets = listen_on(at);
-  if (sockets.empty()) {
-    return unavailable("cannot listen on {}: {}", listen, listen_problem(listen, option));
-  }
+  LM_ASSIGN_OR_RETURN(std::vector<int> sockets,
+                      with_context(listen_on(at, option), fmt::format("cannot listen on {}", listen)));
   const int port = port_of(local_address(sockets.front()));
   const int wake = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   auto listener = std::unique_ptr<Listener>(new Listener(std::move(sockets), port, wake, most));

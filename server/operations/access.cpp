@@ -94,8 +94,6 @@ void keep_token(OperationContext& operation, const TokenRecord& token) {
   });
 }
 
-}  // namespace
-
 Status create_token(OperationContext& operation, const v1::CreateTokenRequest& request, v1::Token* reply) {
   Gate& gate = operation.runtime.gate();
   operation.about.text = request.id() + " for " + request.name();
@@ -189,6 +187,22 @@ Status list_actions(OperationContext& operation, const v1::ListActionsRequest& r
     reply->set_next_page_token(std::to_string(page.next));
   }
   return ok_status();
+}
+
+}  // namespace
+
+std::vector<Operation> access_operations() {
+  return {
+      {{kAccessService, "CreateToken", Right::administer, kRecorded}, "", on_farm(create_token)},
+      {{kAccessService, "ListTokens", Right::administer}, "", on_farm(list_tokens)},
+      {{kAccessService, "RevokeToken", Right::administer, kRecorded},
+       "",
+       named(&v1::RevokeTokenRequest::id, revoke_token)},
+      {{kAccessService, "Enrol", Right::enrol, kRecorded}, "", on_farm(enrol)},
+      {{kAccessService, "ListActions", Right::administer},
+       "GET actions?page_size=1..1000&page_token&job&caller",
+       on_farm(list_actions)},
+  };
 }
 
 }  // namespace lightmill::handlers

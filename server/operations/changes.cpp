@@ -1,7 +1,5 @@
 #include "server/operations/changes.h"
 
-#include "server/domain/job_rules.h"
-
 namespace lightmill {
 namespace {
 
@@ -26,10 +24,10 @@ std::string describe_change(const JobStatus& before, const JobStatus* after) {
   std::string text;
   add(text, "state", name_of(before.state), after == nullptr ? "deleted" : name_of(after->state));
   if (after != nullptr) {
-    add(text, "priority", std::to_string(before.priority), std::to_string(after->priority));
-    add(text, "samples", limit_text(before.goal.samples), limit_text(after->goal.samples));
-    add(text, "seconds", limit_text(before.goal.seconds), limit_text(after->goal.seconds));
-    add(text, "error", limit_text(before.goal.error), limit_text(after->goal.error));
+    add(text, "priority", std::to_string(before.spec.priority), std::to_string(after->spec.priority));
+    add(text, "samples", limit_text(before.spec.goal.samples), limit_text(after->spec.goal.samples));
+    add(text, "seconds", limit_text(before.spec.goal.seconds), limit_text(after->spec.goal.seconds));
+    add(text, "error", limit_text(before.spec.goal.error), limit_text(after->spec.goal.error));
   }
   return text;
 }

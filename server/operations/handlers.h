@@ -1,6 +1,7 @@
-// Handlers of the operations. Each reads its request, asks the farm, and writes its reply. operations.cpp has the
-// table.
+// Makers of handlers, and the tables of each subject. Private to server/operations.
 #pragma once
+
+#include <vector>
 
 #include "externalscaler/externalscaler.pb.h"
 #include "lightmill/v1/access_service.pb.h"
@@ -10,57 +11,72 @@
 
 namespace lightmill::handlers {
 
-// Submission of scenes and jobs.
-Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
-                           v1::FindMissingAssetsResponse* reply);
+// Each file of a subject has its operations: handlers that read a request, ask the farm and write the reply, and below
+// them a table with an entry for each.
+std::vector<Operation> submission_operations();
+std::vector<Operation> job_operations();
+std::vector<Operation> worker_operations();
+std::vector<Operation> history_operations();
+std::vector<Operation> access_operations();
+
+inline constexpr bool kRecorded = true;  ///< Rpc::recorded
+
+template <class Request, class Reply>
+Handler handler_of(std::function<Result<Apply>(Runtime&, const Call&, Request&, Reply*)> begin) {
+  return {&Request::default_instance(), &Reply::default_instance(), [](const WireMessage&) { return CallSubject(); },
+          false,
+          [begin = std::move(begin)](Runtime& runtime, const Call& call, WireMessage& request, WireMessage& reply) {
+            return begin(runtime, call, static_cast<Request&>(request), static_cast<Reply*>(&reply));
+          }};
+}
+
+/// Runs only on the caller's thread.
+template <class Request, class Reply>
+Handler at_once(Status (*answer)(Runtime&, const Request&, Reply*)) {
+  return handler_of<Request, Reply>(
+      [answer](Runtime& runtime, const Call&, Request& request, Reply* reply) -> Result<Apply> {
+        LM_RETURN_IF_ERROR(answer(runtime, request, reply));
+        return Apply();
+      });
+}
+
+/// Starts on the caller's thread, and ends on the farm thread.
+template <class Request, class Reply>
+Handler in_two_steps(Result<Apply> (*begin)(Runtime&, const Call&, Request&, Reply*)) {
+  return handler_of<Request, Reply>(begin);
+}
+
+/// Runs on the farm thread.
+template <class Request, class Reply>
+Handler on_farm(Status (*apply)(OperationContext&, const Request&, Reply*)) {
+  return handler_of<Request, Reply>([apply](Runtime&, const Call&, Request& request, Reply* reply) -> Result<Apply> {
+    return Apply([apply, &request, reply](OperationContext& operation) { return apply(operation, request, reply); });
+  });
+}
+
+/// Runs on the farm thread for the job whose id the request has, if the caller may use it.
+template <class Request, class Reply>
+Handler on_job(Status (*apply)(OperationContext&, const Request&, Reply*)) {
+  Handler handler = on_farm(apply);
+  handler.about = [](const WireMessage& request) { return CallSubject{static_cast<const Request&>(request).id()}; };
+  handler.of_job = true;
+  return handler;
+}
+
+/// Runs on the farm thread for a worker or token that a field of the request names.
+template <class Request, class Reply>
+Handler named(const std::string& (Request::*name)() const, Status (*apply)(OperationContext&, const Request&, Reply*)) {
+  Handler handler = on_farm(apply);
+  handler.about = [name](const WireMessage& request) {
+    return CallSubject{0, (static_cast<const Request&>(request).*name)()};
+  };
+  return handler;
+}
+
 /// Limit for the files of one inspection together. A worker has them in memory beside the scenes that it renders.
 inline constexpr std::uint64_t kMostInspectedBytes = std::uint64_t{512} << 20;
 
 /// FAILED_PRECONDITION if a file is missing, RESOURCE_EXHAUSTED if they have too many bytes. Blocks on the disk.
 Status check_files(const InspectionRequest& request, const AssetStore& assets);
-Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, v1::InspectSceneResponse* reply);
-Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Job* reply);
-
-// Jobs.
-Status list_jobs(OperationContext& operation, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply);
-Status get_job(OperationContext& operation, const v1::GetJobRequest& request, v1::Job* reply);
-Status get_spec(OperationContext& operation, const v1::GetJobRequest& request, v1::JobSpec* reply);
-Status cancel_job(OperationContext& operation, const v1::CancelJobRequest& request, v1::Job* reply);
-Status pause_job(OperationContext& operation, const v1::PauseJobRequest& request, v1::Job* reply);
-Status resume_job(OperationContext& operation, const v1::ResumeJobRequest& request, v1::Job* reply);
-Status extend_job(OperationContext& operation, const v1::ExtendJobRequest& request, v1::Job* reply);
-Status set_priority(OperationContext& operation, const v1::SetPriorityRequest& request, v1::Job* reply);
-Status delete_job(OperationContext& operation, const v1::DeleteJobRequest& request, v1::DeleteJobResponse* reply);
-
-// Workers.
-Status list_workers(OperationContext& operation, const v1::ListWorkersRequest& request, v1::ListWorkersResponse* reply);
-Status list_all_workers(OperationContext& operation, const v1::ListWorkersRequest& request,
-                        v1::ListWorkersResponse* reply);
-Status drain_worker(OperationContext& operation, const v1::DrainWorkerRequest& request, v1::Worker* reply);
-Status quarantine_worker(OperationContext& operation, const v1::QuarantineWorkerRequest& request, v1::Worker* reply);
-Status release_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
-                      v1::ReleaseWorkerResponse* reply);
-Status release_and_show_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request, v1::Worker* reply);
-
-// History of the farm.
-Status get_history(OperationContext& operation, const v1::HistoryRequest& request, v1::FarmHistory* reply);
-Status list_events(OperationContext& operation, const v1::EventsRequest& request, v1::FarmEvents* reply);
-Status get_worker_history(OperationContext& operation, const v1::WorkerHistoryRequest& request,
-                          v1::WorkerHistory* reply);
-
-// Tokens, and the action log.
-Status create_token(OperationContext& operation, const v1::CreateTokenRequest& request, v1::Token* reply);
-Status list_tokens(OperationContext& operation, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply);
-Status revoke_token(OperationContext& operation, const v1::RevokeTokenRequest& request, v1::RevokeTokenResponse* reply);
-Status enrol(OperationContext& operation, const v1::EnrolRequest& request, v1::Token* reply);
-Status list_actions(OperationContext& operation, const v1::ListActionsRequest& request, v1::ListActionsResponse* reply);
-
-// Autoscalers.
-Status is_active(OperationContext& operation, const externalscaler::ScaledObjectRef& request,
-                 externalscaler::IsActiveResponse* reply);
-Status get_metric_spec(OperationContext& operation, const externalscaler::ScaledObjectRef& request,
-                       externalscaler::GetMetricSpecResponse* reply);
-Status get_metrics(OperationContext& operation, const externalscaler::GetMetricsRequest& request,
-                   externalscaler::GetMetricsResponse* reply);
 
 }  // namespace lightmill::handlers

@@ -37,8 +37,6 @@ void to_wire(const RecordedEvent& event, v1::FarmEvent* out) {
   out->set_worker(event.note.worker);
 }
 
-}  // namespace
-
 /// Intervals of ten seconds for spans up to an hour, else of five minutes.
 Status get_history(OperationContext& operation, const v1::HistoryRequest& request, v1::FarmHistory* reply) {
   const FarmHistory& history = operation.context.activity.history;
@@ -89,6 +87,19 @@ Status get_worker_history(OperationContext& operation, const v1::WorkerHistoryRe
     out->set_pixel_samples(static_cast<double>(minute.pixel_samples));
   }
   return ok_status();
+}
+
+}  // namespace
+
+std::vector<Operation> history_operations() {
+  return {
+      {kListWorkers, "GET history?span=1..86400", on_farm(get_history), {.http_only = true}},
+      {kListWorkers,
+       "GET events?page_size=1..1000&page_token&job&worker&kind",
+       on_farm(list_events),
+       {.http_only = true}},
+      {kListWorkers, "GET workers/{name}/history", on_farm(get_worker_history), {.http_only = true}},
+  };
 }
 
 }  // namespace lightmill::handlers

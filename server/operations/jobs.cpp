@@ -8,6 +8,12 @@
 namespace lightmill::handlers {
 namespace {
 
+constexpr Rpc kGetJob{kRenderService, "GetJob", Right::see_job};
+
+constexpr Rpc steering_job(std::string_view method) {
+  return {kRenderService, method, Right::steer_job, kRecorded};
+}
+
 /// Replies with the job after the change, if that succeeded. The reply is sent when the change is durable.
 Status changed_job(const OperationContext& operation, const Status& change, v1::Job* reply) {
   LM_RETURN_IF_ERROR(change);
@@ -16,10 +22,6 @@ Status changed_job(const OperationContext& operation, const Status& change, v1::
   to_wire(status, reply);
   return ok_status();
 }
-
-}  // namespace
-
-namespace {
 
 /// Filter for the jobs that the caller may see and asks for.
 Result<JobFilter> filter_of(const OperationContext& operation, const v1::ListJobsRequest& request) {
@@ -36,8 +38,6 @@ Result<JobFilter> filter_of(const OperationContext& operation, const v1::ListJob
                             job.spec.name.find(request.name()) != std::string::npos;
                    }};
 }
-
-}  // namespace
 
 Status list_jobs(OperationContext& operation, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply) {
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
@@ -101,6 +101,7 @@ Status extend_job(OperationContext& operation, const v1::ExtendJobRequest& reque
 }
 
 Status set_priority(OperationContext& operation, const v1::SetPriorityRequest& request, v1::Job* reply) {
+  LM_RETURN_IF_ERROR(operation.runtime.gate().check_priority(operation.call.caller, request.priority()));
   FarmLoop::TaskContext& context = operation.context;
   return changed_job(operation,
                      context.farm.set_priority(JobId{request.id()}, request.priority(), context.now, context.effects),
@@ -112,6 +113,23 @@ Status delete_job(OperationContext& operation, const v1::DeleteJobRequest& reque
   const JobId id{request.id()};
   return request.cancel() ? context.farm.discard(id, context.now, context.unix_ms, context.effects)
                           : context.farm.remove(id, context.now, context.effects);
+}
+
+}  // namespace
+
+std::vector<Operation> job_operations() {
+  return {
+      {kListJobs, "GET jobs?page_size=1..1000&page_token", on_farm(list_jobs)},
+      {kGetJob, "GET jobs/{id}", on_job(get_job)},
+      // Base64, with more than one copy while it is sent.
+      {kGetJob, "GET jobs/{id}/spec", on_job(get_spec), {.http_only = true, .json_factor = 2}},
+      {steering_job("CancelJob"), "POST jobs/{id}/cancel", on_job(cancel_job)},
+      {steering_job("PauseJob"), "POST jobs/{id}/pause", on_job(pause_job)},
+      {steering_job("ResumeJob"), "POST jobs/{id}/resume", on_job(resume_job)},
+      {steering_job("ExtendJob"), "POST jobs/{id}/extend", on_job(extend_job), {.with_film = true}},
+      {steering_job("SetPriority"), "POST jobs/{id}/priority", on_job(set_priority)},
+      {steering_job("DeleteJob"), "POST jobs/{id}/delete", on_job(delete_job)},
+  };
 }
 
 }  // namespace lightmill::handlers

@@ -19,7 +19,7 @@ struct OperationContext {
   Runtime& runtime;
   FarmLoop::TaskContext& context;
   const Call& call;
-  CallSubject& about;  ///< what the action log says that the call was about
+  CallSubject& about;  ///< what the call was about, for the action log
   OperationCall& pending;
   std::size_t entries = 0;  ///< of a list in the reply; the caller pays for them
 };
@@ -33,7 +33,7 @@ struct Handler {
   std::function<CallSubject(const WireMessage&)> about;  ///< what a request names: a job, worker or token
   bool of_job = false;                                   ///< it names a job, which the caller must be allowed to use
   /// First step, on the caller's thread, which it may block. Returns an empty Apply if nothing is left to do.
-  std::function<Result<Apply>(Runtime&, WireMessage& request, WireMessage& reply)> begin;
+  std::function<Result<Apply>(Runtime&, const Call&, WireMessage& request, WireMessage& reply)> begin;
 };
 
 /// Properties that differ from most operations.
@@ -47,12 +47,12 @@ struct Traits {
   Status (*fill_json)(WireMessage& reply) = nullptr;  ///< adds fields for JSON
 };
 
-/// Requests without a limit of their own have at most so many bytes.
+/// Limit in bytes of requests without a limit of their own.
 inline constexpr std::uint64_t kSmallRequestBytes = 64 << 10;
 
 /// Row of the table of operations.
 struct Operation {
-  Rpc rpc;  ///< server/access/rights.cpp has its rights, and whether it is recorded
+  Rpc rpc;  ///< its method for gRPC, and who may call it
   /// HTTP method and path after /api/v1/; empty: not over HTTP. "POST jobs/{id}/pause" has the request's field `id` in
   /// its path. "GET jobs?page_size=1..1000&page_token" allows two fields in its query, and has the range of the number.
   std::string_view http;
@@ -61,7 +61,13 @@ struct Operation {
 };
 
 std::span<const Operation> operations();
-/// Operation of the RPC's method; null if it has none.
-const Operation* find_operation(Rpc rpc);
+/// Operation of a method of gRPC; null if it has none.
+const Operation* find_operation(std::string_view method);
+/// All methods of gRPC: of the operations, and streams.
+std::span<const Rpc> served_rpcs();
+
+// Methods whose rights other calls share.
+inline constexpr Rpc kListJobs{kRenderService, "ListJobs", Right::see_farm};
+inline constexpr Rpc kListWorkers{kRenderService, "ListWorkers", Right::see_farm};
 
 }  // namespace lightmill

@@ -31,7 +31,7 @@ void OperationCall::start(Call call, Done done) {
   call_ = std::move(call);
   done_ = std::move(done);
   const std::uint64_t bytes = request_->ByteSizeLong();  // the first step may free them
-  Result<Apply> apply = operation_.handler.begin(runtime_, *request_, *reply_);
+  Result<Apply> apply = operation_.handler.begin(runtime_, call_, *request_, *reply_);
   if (!apply.ok() || *apply == nullptr) {
     return finish(apply.status());
   }
@@ -42,7 +42,7 @@ void OperationCall::start(Call call, Done done) {
 }
 
 void OperationCall::run(TaskContext& context) {
-  if (rule_of(operation_.rpc).recorded) {
+  if (operation_.rpc.recorded) {
     if (const Status storing = check_store(context); !storing.ok()) {
       return finish(storing);
     }
@@ -56,7 +56,7 @@ void OperationCall::run(TaskContext& context) {
 }
 
 void OperationCall::apply(TaskContext& context) {
-  const bool recorded = rule_of(operation_.rpc).recorded;
+  const bool recorded = operation_.rpc.recorded;
   CallSubject about = this->about();
   OperationContext arguments{runtime_, context, call_, about, *this};
   Status status =
@@ -87,7 +87,7 @@ Status OperationCall::change_job(OperationContext& operation) const {
   LM_ASSIGN_OR_RETURN(const JobStatus before, context.farm.decided_status(job, context.now));
   LM_RETURN_IF_ERROR(apply_(operation));
   const Result<JobStatus> after = context.farm.decided_status(job, context.now);
-  operation.about.text = before.name;
+  operation.about.text = before.spec.name;
   operation.about.change = describe_change(before, after.ok() ? &*after : nullptr);
   return ok_status();
 }

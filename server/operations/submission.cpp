@@ -6,20 +6,26 @@
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
 #include "server/access/call_limits.h"
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
 
-namespace lightmill {
+namespace lightmill::handlers {
 namespace {
 
+constexpr std::uint64_t kMiB = 1 << 20;
 constexpr int kMostDigests = 10'000;
 
-Status check_assets(const JobSpec& spec, const AssetStore& assets) {
+/// From now on, assets of the job that no user sent count as the submitter's, such as textures that a worker found in
+/// a scene's files.
+Status take_assets(const JobSpec& spec, const Identity& submitter, AssetStore& assets) {
   for (const Sha256& asset : *spec.settings.assets) {
-    if (!assets.keep(asset)) {
+    const Status taken =
+        assets.keep(asset) ? assets.attribute(asset, submitter.name, UserLimit::enforced) : not_found("");
+    if (taken.code() == StatusCode::kNotFound) {
       return failed_precondition("asset {} is missing: upload it first", asset.hex());
     }
+    LM_RETURN_IF_ERROR(taken);
   }
   return ok_status();
 }
@@ -87,8 +93,6 @@ void add_bias_layer(JobSpec& spec, const MethodNotes& notes) {
 
 }  // namespace
 
-namespace handlers {
-
 Status check_files(const InspectionRequest& request, const AssetStore& assets) {
   std::uint64_t bytes = 0;
   for (const InspectionRequest::File& file : request.files) {
@@ -105,6 +109,8 @@ Status check_files(const InspectionRequest& request, const AssetStore& assets) {
                    "reads them where they are",
                    request.files.size(), bytes >> 20, kMostInspectedBytes >> 20);
 }
+
+namespace {
 
 Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
                            v1::FindMissingAssetsResponse* reply) {
@@ -123,7 +129,8 @@ Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest&
   return ok_status();
 }
 
-Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, v1::InspectSceneResponse* reply) {
+Result<Apply> inspect_scene(Runtime& runtime, const Call&, v1::InspectSceneRequest& request,
+                            v1::InspectSceneResponse* reply) {
   LM_ASSIGN_OR_RETURN(InspectionRequest files, from_wire(request));
   LM_RETURN_IF_ERROR(check_files(files, runtime.assets()));
   return Apply([files = std::move(files), reply](OperationContext& operation) {
@@ -142,11 +149,11 @@ Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, 
   });
 }
 
-/// Checks the assets and chooses the method on the caller's thread. Then submits the job as the caller's.
-Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Job* reply) {
+/// Takes the assets and chooses the method on the caller's thread. Then submits the job as the caller's.
+Result<Apply> submit_job(Runtime& runtime, const Call& by, v1::SubmitJobRequest& request, v1::Job* reply) {
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request));
   v1::SubmitJobRequest().Swap(&request);  // frees the request, which may be large
-  LM_RETURN_IF_ERROR(check_assets(spec, runtime.assets()));
+  LM_RETURN_IF_ERROR(take_assets(spec, by.caller, runtime.assets()));
   LM_ASSIGN_OR_RETURN(MethodNotes notes, settle_method(spec, runtime.assets()));
   add_bias_layer(spec, notes);
   return Apply([spec = std::move(spec), notes = std::move(notes), reply](OperationContext& operation) mutable {
@@ -155,8 +162,15 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
     if (call.caller.is_known()) {
       spec.owner = call.caller.name;
     }
+    const Gate& gate = operation.runtime.gate();
     spec.ends_with_page = call.on_submitted != nullptr;
+    if (spec.ends_with_page && !gate.check_priority(call.caller, spec.priority).ok()) {
+      spec.priority = gate.user_priority();  // a page goes one above the job that it shows
+    }
     operation.about.was_there = context.farm.knows_request(spec.request_id);
+    if (!operation.about.was_there) {
+      LM_RETURN_IF_ERROR(gate.check_priority(call.caller, spec.priority));
+    }
     if (!context.no_space.empty() && !operation.about.was_there) {
       return resource_exhausted("the farm takes no new jobs: it {}", context.no_space);
     }
@@ -177,5 +191,29 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
   });
 }
 
-}  // namespace handlers
-}  // namespace lightmill
+Status fill_scene_json(WireMessage& reply) {
+  return fill_scene(&static_cast<v1::InspectSceneResponse&>(reply));
+}
+
+}  // namespace
+
+std::vector<Operation> submission_operations() {
+  return {
+      // A packed scene of 16 MiB and 10,000 assets in base64. The next two: most digests, most files.
+      {{kRenderService, "SubmitJob", Right::submit, kRecorded},
+       "POST jobs",
+       in_two_steps(submit_job),
+       {.most_body_bytes = 24 * kMiB}},
+      {{kRenderService, "FindMissingAssets", Right::bring_assets},
+       "POST assets/missing",
+       at_once(find_missing_assets),
+       {.most_body_bytes = kMiB}},
+      // The reply has the scene as JSON, whose numbers take several times their bytes, and in base64.
+      {{kRenderService, "InspectScene", Right::submit},
+       "POST inspect",
+       in_two_steps(inspect_scene),
+       {.waits = true, .most_body_bytes = 4 * kMiB, .json_factor = 6, .fill_json = fill_scene_json}},
+  };
+}
+
+}  // namespace lightmill::handlers

@@ -10,6 +10,14 @@ namespace {
 
 constexpr std::string_view kMetric = "wanted-workers";
 
+constexpr Rpc steering_farm(std::string_view method) {
+  return {kRenderService, method, Right::steer_farm, kRecorded};
+}
+
+constexpr Rpc scaling(std::string_view method) {
+  return {kScalerService, method, Right::see_farm};
+}
+
 /// The worker; only its name if the farm does not know it.
 WorkerStatus find_worker(const OperationContext& operation, const std::string& name) {
   WorkerStatus found;
@@ -47,8 +55,6 @@ Status list(OperationContext& operation, const WorkerFilter& filter, v1::ListWor
   reply->set_wanted_workers(operation.context.farm.wanted_workers(operation.context.now));
   return ok_status();
 }
-
-}  // namespace
 
 Status list_workers(OperationContext& operation, const v1::ListWorkersRequest& request,
                     v1::ListWorkersResponse* reply) {
@@ -88,17 +94,17 @@ Status quarantine_worker(OperationContext& operation, const v1::QuarantineWorker
   return ok_status();
 }
 
-Status release_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
-                      v1::ReleaseWorkerResponse*) {
-  v1::Worker worker;
-  return release_and_show_worker(operation, request, &worker);
-}
-
 Status release_and_show_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
                                v1::Worker* reply) {
   return change_worker(operation, request.name(), reply, [&](FarmLoop::TaskContext& context) {
     return context.farm.release_worker(request.name(), context.now, context.effects);
   });
+}
+
+Status release_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
+                      v1::ReleaseWorkerResponse*) {
+  v1::Worker worker;
+  return release_and_show_worker(operation, request, &worker);
 }
 
 Status is_active(OperationContext& operation, const externalscaler::ScaledObjectRef&,
@@ -127,6 +133,27 @@ Status get_metrics(OperationContext& operation, const externalscaler::GetMetrics
   value->set_metricvalue(wanted);
   value->set_metricvaluefloat(wanted);
   return ok_status();
+}
+
+}  // namespace
+
+std::vector<Operation> worker_operations() {
+  return {
+      {kListWorkers, "", on_farm(list_workers)},
+      {kListWorkers, "GET workers", on_farm(list_all_workers), {.http_only = true}},
+      {steering_farm("DrainWorker"), "POST workers/{name}/drain", named(&v1::DrainWorkerRequest::name, drain_worker)},
+      {steering_farm("QuarantineWorker"), "POST workers/{name}/quarantine",
+       named(&v1::QuarantineWorkerRequest::name, quarantine_worker)},
+      {steering_farm("ReleaseWorker"), "", named(&v1::ReleaseWorkerRequest::name, release_worker)},
+      {steering_farm("ReleaseWorker"),
+       "POST workers/{name}/release",
+       named(&v1::ReleaseWorkerRequest::name, release_and_show_worker),
+       {.http_only = true}},
+
+      {scaling("IsActive"), "", on_farm(is_active)},
+      {scaling("GetMetricSpec"), "", on_farm(get_metric_spec)},
+      {scaling("GetMetrics"), "", on_farm(get_metrics)},
+  };
 }
 
 }  // namespace lightmill::handlers

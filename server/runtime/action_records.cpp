@@ -2,20 +2,30 @@
 
 #include "common/base/address.h"
 #include "common/base/log.h"
+#include "common/security/caller.h"
 
 namespace lightmill {
 namespace {
 
-bool is_refusal(const Status& status) {
-  return status.code() == StatusCode::kUnauthenticated || status.code() == StatusCode::kPermissionDenied ||
-         status.code() == StatusCode::kResourceExhausted;
+Action action_of(const Identity& caller, const std::string& peer, std::string_view operation) {
+  Action action;
+  action.caller = caller.name;
+  action.proof = caller.proof;
+  action.token = caller.token;
+  action.peer = peer;
+  action.operation = operation;
+  return action;
 }
 
 void keep(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, StatusCode outcome,
           std::string message) {
-  context.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
-                std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message),
-                outcome == StatusCode::kOk ? about.change : ""});
+  Action action = action_of(call.caller, call.peer, call.rpc.method);
+  action.job = about.job;
+  action.about = about.text;
+  action.outcome = outcome;
+  action.message = std::move(message);
+  action.change = outcome == StatusCode::kOk ? about.change : "";
+  context.keep(std::move(action));
 }
 
 std::string refusal_text(const Status& status, const SuppressedRefusals& suppressed) {
@@ -34,7 +44,7 @@ std::string refusal_text(const Status& status, const SuppressedRefusals& suppres
 void record_refusal(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, const Status& status,
                     const SuppressedRefusals& suppressed) {
   std::string text = refusal_text(status, suppressed);
-  spdlog::info("{}{} from {} is refused: {}", rule_of(call.rpc).method,
+  spdlog::info("{}{} from {} is refused: {}", call.rpc.method,
                about.job == 0 ? "" : fmt::format(" of job {}", about.job), call.peer, text);
   keep(context, call, about, status.code(), std::move(text));
 }
@@ -58,19 +68,23 @@ void record_login(FarmLoop::TaskContext& context, const Gate& gate, const Identi
   const std::optional<SuppressedRefusals> suppressed =
       status.ok() ? SuppressedRefusals() : gate.may_record_refusal(caller);
   if (suppressed) {
-    context.keep({0, 0, caller.name, caller.proof, caller.token, peer, std::string(kLogin), 0, "", status.code(),
-                  status.ok() ? "" : refusal_text(status, *suppressed)});
+    Action action = action_of(caller, peer, kLogin);
+    action.outcome = status.code();
+    action.message = status.ok() ? "" : refusal_text(status, *suppressed);
+    context.keep(std::move(action));
   }
 }
 
 void record_own(FarmLoop::TaskContext& context, std::string_view what, std::string about) {
-  context.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
+  Action action = action_of({}, host_name(), what);
+  action.about = std::move(about);
+  context.keep(std::move(action));
 }
 
 Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job) {
   LM_ASSIGN_OR_RETURN(const std::string owner, context.farm.owner(job));
   const Status status = check_job(call.caller, call.rpc, owner);
-  if (!status.ok() && !rule_of(call.rpc).recorded) {
+  if (!status.ok() && !call.rpc.recorded) {
     record(context, gate, call, {job.value}, status);
   }
   return status;

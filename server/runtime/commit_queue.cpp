@@ -11,11 +11,12 @@
 namespace lightmill {
 namespace {
 
-/// Beyond one of these, the farm thread waits for the disk. One batch may be larger: it has what came during the last.
+/// Beyond one of these limits, the farm thread waits for the disk. One batch may be larger, because it has all effects
+/// that came during the last commit.
 constexpr std::size_t kMaxQueuedWrites = 2'000;
 constexpr std::uint64_t kMaxQueuedBytes = std::uint64_t{128} << 20;
 constexpr auto kRetryPause = std::chrono::seconds(1);
-/// Effects that no caller waits for gather for so long. This gives fewer, larger transactions.
+/// Effects without a waiting caller are collected for this time. This gives fewer, larger transactions.
 constexpr auto kGatherTime = std::chrono::milliseconds(100);
 constexpr std::size_t kGatherWrites = 200;
 /// Bounds of the histogram, in seconds.
@@ -76,7 +77,7 @@ void CommitQueue::push(Batch batch) {
   append(queued_.replies, std::move(batch.replies));
   append(queued_.callers, std::move(batch.callers));
   append(queued_.reads, std::move(batch.reads));
-  // The writer wakes for the first effects, and then only for urgent or many ones.
+  // The commit thread wakes for the first effects, and then only for urgent or many ones.
   if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
     changed_.notify_all();
   }

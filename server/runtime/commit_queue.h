@@ -1,4 +1,4 @@
-// Commit queue and its writer thread, the only user of the store. It commits all queued effects in one transaction,
+// Commit queue and the commit thread, the only user of the store. It commits all queued effects in one transaction,
 // then sends their messages and replies. Between two transactions it reads a piece of a film.
 #pragma once
 
@@ -17,17 +17,17 @@
 
 namespace lightmill {
 
-/// Called from the writer thread when effects are durable, or with the error.
+/// Called from the commit thread when effects are durable, or with the error.
 using CommitReply = std::function<void(const Status&)>;
 
-/// Request to read a film. `reply` is called once, from the writer thread.
+/// Request to read a film. `reply` is called once, from the commit thread.
 struct FilmRead {
   JobId job;
   std::function<void(Result<StoredFilm>)> reply;
 };
 
-/// Effects are committed, sent and answered in the order of push(). If no caller waits, they gather for 0.1 s. Call
-/// push() from one thread.
+/// Effects are committed, sent and answered in the order of push(). If no caller waits, they are collected for 0.1 s.
+/// Call push() from one thread.
 ///
 /// While the disk is full or failing, it retries commits and acknowledges nothing. The farm waits and loses nothing,
 /// and callers get an error that says so. Any other error of the store means damage or a bug, and on_fatal is called. A
@@ -37,7 +37,7 @@ class CommitQueue {
   struct Handlers {
     std::function<void(Outgoing)> send;           ///< an after_commit message
     std::function<void(const Status&)> on_fatal;  ///< the store is unusable; called once
-    /// The error while nothing can be stored; OK when it can again. From the writer thread.
+    /// The error while nothing can be stored; OK when it can again. From the commit thread.
     std::function<void(const Status&)> on_stall = [](const Status&) {};
   };
   struct Batch {
@@ -93,8 +93,8 @@ class CommitQueue {
   bool retrying_ LM_GUARDED_BY(mutex_) = true;
   Status failure_ LM_GUARDED_BY(mutex_);
   Histogram seconds_ LM_GUARDED_BY(mutex_);
-  std::deque<Reading> readings_;                       ///< only for the writer thread
-  std::chrono::steady_clock::time_point next_read_{};  ///< only for the writer thread
+  std::deque<Reading> readings_;                       ///< only for the commit thread
+  std::chrono::steady_clock::time_point next_read_{};  ///< only for the commit thread
   std::thread thread_;
 };
 

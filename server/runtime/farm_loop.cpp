@@ -99,9 +99,20 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    TaskContext context{
-        farm_, watchers_, demand_, actions_,  inspections_, films_, activity_, clock_.now(), clock_.unix_milliseconds(),
-        {},    {},        {},      no_store_, no_space_};
+    TaskContext context{.farm = farm_,
+                        .watchers = watchers_,
+                        .demand = demand_,
+                        .actions = actions_,
+                        .inspections = inspections_,
+                        .films = films_,
+                        .activity = activity_,
+                        .now = clock_.now(),
+                        .unix_ms = clock_.unix_milliseconds(),
+                        .effects = {},
+                        .replies = {},
+                        .callers = {},
+                        .no_store = no_store_,
+                        .no_space = no_space_};
     for (const Task& task : tasks) {
       task(context);
       notify_films(context);
@@ -300,7 +311,7 @@ void FarmLoop::hold(TaskContext& context) {
              context.effects);
 }
 
-/// Leases start when their grants are sent.
+/// Starts the granted leases when their grants are sent.
 void FarmLoop::note_sent(TaskContext& context) {
   std::vector<LeaseId> leases = leases_granted(context.effects.after_commit);
   if (leases.empty()) {
@@ -313,7 +324,7 @@ void FarmLoop::note_sent(TaskContext& context) {
   });
 }
 
-/// Clients see the end of a job when it is durable, its watchers at once.
+/// When the ends of jobs are durable, shows them to clients, and to watchers without delay.
 void FarmLoop::note_ends(TaskContext& context) {
   std::vector<JobId> ended = ends_in(context.effects.writes);
   if (ended.empty()) {

@@ -71,7 +71,7 @@ class FarmLoop {
 
   /// Callbacks of the server that workers connect to.
   struct Handlers {
-    std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the writer thread
+    std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the commit thread
     std::function<void(SessionId)> disconnect = [](SessionId) {};
     /// Whether the state can be stored: once at first, then at each change. From the farm thread.
     std::function<void(bool)> on_storing = [](bool) {};
@@ -85,7 +85,7 @@ class FarmLoop {
   void set_handlers(Handlers handlers);
   /// Bytes of requests whose tasks wait.
   static constexpr std::uint64_t kMostTaskBytes = std::uint64_t{128} << 20;
-  /// Queues a task that keeps so many bytes of a request. If too many tasks or bytes wait, or the loop has stopped, it
+  /// Queues a task that keeps `bytes` bytes of a request. If too many tasks or bytes wait, or the loop has stopped, it
   /// returns false and does not run the task. A task that finds the queue empty may have any size. Thread-safe.
   [[nodiscard]] bool post(Task task, std::uint64_t bytes = 0);
   /// Like post, for tasks that must not get lost: messages of workers, ends of their streams, and replies of commits.
@@ -123,7 +123,7 @@ class FarmLoop {
   Coordinator& farm_;
   ActionLog& actions_;
   const Clock& clock_;
-  Handlers handlers_;  ///< set on the farm thread; the writer thread reads it after a worker has connected
+  Handlers handlers_;  ///< set on the farm thread; the commit thread reads it after a worker has connected
   Traffic traffic_;
   CommitQueue commits_;
   WatchHub watchers_;

@@ -48,8 +48,8 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   return tokens_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const CallSubject& about,
-                         std::optional<StreamKind> kind) const {
+Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc,
+                         const CallSubject& about, std::optional<StreamKind> kind) const {
   Call call{caller.ok() ? *caller : Identity{}, rpc, peer};
   Status status = counts_as_request(rpc) ? take_request(call.caller, peer) : ok_status();
   if (status.ok()) {
@@ -70,6 +70,15 @@ Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer
 Status Gate::take_request(const Identity& caller, const std::string& peer) const {
   const MutexLock lock(mutex_);
   return limits_.take_request(caller_key(caller, peer), clock_.now());
+}
+
+Status Gate::check_priority(const Identity& caller, std::int32_t priority) const {
+  return priority <= options_.user_priority || caller.roles.has_any({Role::operate, Role::admin})
+             ? ok_status()
+             : make_error(
+                   StatusCode::kPermissionDenied,
+                   "priority {} is above {}, the highest that a user may give (--user-priority): ask an operator",
+                   priority, options_.user_priority);
 }
 
 void Gate::charge_entries(const Call& call, std::size_t entries) const {

@@ -21,7 +21,8 @@ struct GateOptions {
   bool authenticates = false;  ///< callers must authenticate; otherwise a caller without credentials may do everything
   bool accepts_certificates = false;  ///< an authority signs client certificates
   CallLimitOptions calls;
-  bool accepts_tokens = true;  ///< false if the connection is not encrypted, so that others could read tokens
+  std::int32_t user_priority = 10;  ///< the highest priority that a caller who may not operate the farm gives a job
+  bool accepts_tokens = true;       ///< false if the connection is not encrypted, so that others could read tokens
 };
 
 /// Credentials of a call.
@@ -55,18 +56,21 @@ class Gate {
   Result<Identity> identify(const Credentials& credentials) const;
   /// First step of every handler, with the result of identify. `about` is what the call names, for the action log.
   /// Errors: UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc,
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc,
                      const CallSubject& about = {}) const {
     return admit(caller, peer, rpc, about, stream_kind(rpc));
   }
   /// Like admit, for a page that opens. It needs the right to WatchJob.
   Result<Call> admit_page(const Result<Identity>& caller, const std::string& peer) const {
-    return admit(caller, peer, Rpc::watch_job, {}, StreamKind::page);
+    return admit(caller, peer, kWatchJob, {}, StreamKind::page);
   }
   /// Like ConnectionLimiter::set_caller, for a gRPC connection. RESOURCE_EXHAUSTED.
   Status set_caller(const std::string& peer, const Identity& caller) const { return on_identified_(peer, caller); }
   /// Counts one request against the caller's limits. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
+  /// PERMISSION_DENIED if the caller may not give a job this priority.
+  Status check_priority(const Identity& caller, std::int32_t priority) const;
+  std::int32_t user_priority() const { return options_.user_priority; }
   /// Like CallLimits::charge_entries.
   void charge_entries(const Call& call, std::size_t entries) const;
   /// Whether an admitted identity is still valid, while its stream lasts.
@@ -87,7 +91,7 @@ class Gate {
   std::vector<TokenRecord> tokens() const;
 
  private:
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const CallSubject& about,
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc, const CallSubject& about,
                      std::optional<StreamKind> kind) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }

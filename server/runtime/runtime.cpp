@@ -32,7 +32,7 @@ void attribute_assets(AssetStore& assets, const StoredState& state) {
   for (const StoredState::StoredJob& job : state.jobs) {
     for (const Sha256& asset : *job.record.spec.settings.assets) {
       if (seen.insert(asset).second) {
-        assets.attribute(asset, job.record.spec.owner);
+        (void)assets.attribute(asset, job.record.spec.owner, UserLimit::ignored);
       }
     }
   }

@@ -11,20 +11,12 @@ constexpr std::array<std::string_view, static_cast<std::size_t>(StreamKind::coun
 
 }  // namespace
 
-std::optional<StreamKind> stream_kind(Rpc rpc) {
-  switch (rpc) {
-    case Rpc::upload_asset:
-    case Rpc::download_asset:
-      return StreamKind::asset;
-    case Rpc::get_film:
-      return StreamKind::film;
-    case Rpc::watch_job:
-      return StreamKind::watch;
-    case Rpc::stream_is_active:
-      return StreamKind::scaler;
-    default:
-      return std::nullopt;
-  }
+std::optional<StreamKind> stream_kind(const Rpc& rpc) {
+  return rpc == kUploadAsset || rpc == kDownloadAsset ? std::optional(StreamKind::asset)
+         : rpc == kGetFilm                            ? std::optional(StreamKind::film)
+         : rpc == kWatchJob                           ? std::optional(StreamKind::watch)
+         : rpc == kStreamIsActive                     ? std::optional(StreamKind::scaler)
+                                                      : std::nullopt;
 }
 
 StreamSlot::~StreamSlot() {

@@ -23,7 +23,7 @@ enum class StreamKind {
 };
 
 /// Kind of a call. None if it is short, or has its own limits, as workers' streams have.
-std::optional<StreamKind> stream_kind(Rpc rpc);
+std::optional<StreamKind> stream_kind(const Rpc& rpc);
 
 class StreamSlots;
 

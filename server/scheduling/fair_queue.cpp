@@ -21,8 +21,8 @@ void FairQueue::remove(JobId job) {
 }
 
 double FairQueue::starting_seconds(std::int32_t priority) const {
-  // Within a priority, jobs in their first round come before the others, and each group is ascending. So two look-ups
-  // do.
+  // Within a priority, jobs in their first round come before the others, and each group is ascending. So two
+  // look-ups are enough.
   double least = std::numeric_limits<double>::infinity(), given = 0;
   for (const bool first_round : {true, false}) {
     const auto at = order_.lower_bound({{priority, first_round, -std::numeric_limits<double>::infinity()}, JobId{0}});

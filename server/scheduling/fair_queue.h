@@ -29,8 +29,8 @@ class FairQueue {
   bool contains(JobId job) const { return positions_.contains(job); }
   /// The job is in the queue (checked).
   const QueuePosition& position(JobId job) const { return positions_.at(job); }
-  /// Start value for a job that enters: `given_seconds` of the next job of its priority, or 0. So it neither waits for the
-  /// past shares of others nor starves them.
+  /// Start value for a job that enters: `given_seconds` of the next job of its priority, or 0. So it neither waits for
+  /// the past shares of others nor starves them.
   double starting_seconds(std::int32_t priority) const;
 
   struct Entry {

@@ -44,7 +44,7 @@ class JobPlan {
 
   /// Whether a unit of this tile has no other tile.
   void set_alone(TileId tile, bool alone);
-  /// From now on a unit of this tile has one sample, and no other tile, because a longer one took this identity too long.
+  /// From now on a unit of this tile has one sample, and no other tile. This identity took too long for a longer unit.
   void cut_to_one_sample(TileId tile, const std::string& identity);
   /// A result of this tile came. If only another identity had it cut, it is cut no longer.
   void rendered(TileId tile, const std::string& identity);

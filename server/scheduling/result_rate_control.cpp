@@ -8,11 +8,11 @@ namespace {
 constexpr Duration kInterval = std::chrono::seconds(2);  ///< least time of a measurement
 /// A longer measurement, in which no worker reported, says nothing about what the coordinator can take.
 constexpr Duration kLongestInterval = std::chrono::seconds(10);
-constexpr Duration kVoice = std::chrono::seconds(30);  ///< how long a worker's report counts
+constexpr Duration kReportLifetime = std::chrono::seconds(30);
 /// Longer waits mean too many results. Shorter waits allow more.
 constexpr Duration kLongWait = std::chrono::seconds(3), kShortWait = std::chrono::seconds(1);
 constexpr double kMore = 1.2, kMoreWhileIdle = 2;
-constexpr double kPartOfWhatCame = 0.9;  ///< the rest is for waiting results
+constexpr double kPartOfArrivals = 0.9;  ///< the rest is for waiting results
 constexpr double kMostCut = 0.25;
 constexpr double kLeastPart = 1.0 / 64;  ///< of `most`
 constexpr Duration kLongestAway = std::chrono::seconds(30);
@@ -39,7 +39,7 @@ bool ResultRateControl::is_due(Time now) const {
 }
 
 Time ResultRateControl::heard_from(Time now) const {
-  return std::max(changed_, now - kVoice);
+  return std::max(changed_, now - kReportLifetime);
 }
 
 bool ResultRateControl::update(std::vector<Duration>& waits, Time now) {
@@ -58,7 +58,7 @@ bool ResultRateControl::update(std::vector<Duration>& waits, Time now) {
     wait = middle_of(waits);
     if (wait > kLongWait && came > 0) {
       // If the rate is already lower, the excess was leased before.
-      const double cut = std::max({kPartOfWhatCame * came, kMostCut * rate_, kLeastPart * most_});
+      const double cut = std::max({kPartOfArrivals * came, kMostCut * rate_, kLeastPart * most_});
       rate_ = std::min(rate_, cut);
     } else if (wait < kShortWait) {
       rate_ = std::min(kMore * rate_, most_);
@@ -69,7 +69,8 @@ bool ResultRateControl::update(std::vector<Duration>& waits, Time now) {
   if (rate_ == before) {
     return false;
   }
-  // Units that were leased before are rendered, with the one ahead of each, and their results wait as long as others.
+  // Workers still render the unit at work and the one ahead, of the earlier length. Their results wait as long as
+  // others.
   ignore_until(now + std::min(2 * unit + wait, kLongestAway));
   return true;
 }

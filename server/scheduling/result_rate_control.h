@@ -1,4 +1,4 @@
-// Pace of results: how many bytes per second workers may send, so that the coordinator can take them.
+// Rate control of results: the bytes per second that workers may send, so that the coordinator can take them.
 #pragma once
 
 #include <algorithm>
@@ -8,31 +8,31 @@
 
 namespace lightmill {
 
-/// The middle one of at least one wait. Changes their order.
+/// The median of at least one wait. Changes their order.
 Duration middle_of(std::vector<Duration>& waits);
 
-/// Rate of results of all workers together, in bytes per second. At most `most`; less while results wait too long for
-/// their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain
-/// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short the rate grows by a factor. When
-/// they are long it is cut below the rate of arrivals.
+/// Limit on the results of all workers together, in bytes per second. It is `most`, or less while results wait too long
+/// for their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain
+/// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short, the rate grows by a factor. When
+/// they are long, it is cut below the rate of arrivals.
 ///
-/// Each identity counts once, and the median decides. So a few machines cannot move the rate, under any names. Leased units keep their
-/// length. So after each change the pace measures nothing until they are done, for at most 30 s.
+/// Each identity counts once, and the median decides. So a few machines cannot move the rate, whatever names they use.
+/// Leased units keep their length. So after each change nothing is measured until they are done, for at most 30 s.
 class ResultRateControl {
  public:
   /// Begins with `most`.
   ResultRateControl(double most, Time now);
 
   double bytes_per_second() const { return rate_; }
-  /// A unit was leased that should take so long.
+  /// A unit was leased that should take this time.
   void add_unit(Duration unit) { longest_unit_ = std::max(longest_unit_, unit); }
-  /// A result came whose cost equals that of so many bytes.
+  /// A result came whose cost equals that of `bytes` bytes.
   void add_result(double bytes, Time now);
   bool is_due(Time now) const;
-  /// Reports of waits from before this time belong to another pace, or are too old.
+  /// Reports of waits from before this time belong to another rate, or are too old.
   Time heard_from(Time now) const;
-  /// To call often, while it is due. `waits`: the wait of each identity whose workers reported some since `heard_from`. Changes
-  /// their order. True if the rate has changed.
+  /// Call it often, while it is due. `waits`: the wait of each identity whose workers reported some since `heard_from`.
+  /// It changes their order. True if the rate has changed.
   bool update(std::vector<Duration>& waits, Time now);
   /// Results waited for another reason than their number. Workers report such waits for some seconds more.
   void note_stall(Time now);

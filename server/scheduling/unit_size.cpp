@@ -10,8 +10,8 @@
 namespace lightmill {
 namespace {
 
-/// Tiles per thread of a first unit of unknown cost: 1 to 4, as far as the results of all threads arrive within
-/// kFirstUnitSeconds.
+/// Tiles per thread of a first unit of unknown cost: 1 to 4. More than one only if the results of all threads arrive
+/// within kFirstUnitSeconds.
 constexpr double kFirstUnitSeconds = 0.02, kTilesPerThreadAtFirst = 4;
 /// Least thread time of a range that is cut for parallelism, because a result costs some 0.3 ms to send and store.
 constexpr double kLeastPieceSeconds = 0.03;
@@ -53,7 +53,8 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
   if (aim.shared_samples > 0) {
     sample_seconds *= std::max(1.0, share_of(tiles, aim) / std::max<std::uint32_t>(aim.threads, 1));
   }
-  // A first range may take the time in which a result of each of these tiles comes in, or of each thread.
+  // Limit of a first range: the time in which one result of each of these tiles comes in. If the farm has fewer threads
+  // than tiles: one result of each thread.
   const double part_of_threads = static_cast<double>(tiles) / std::max<double>(aim.farm_threads, 1);
   const double most_seconds =
       first ? std::min(aim.results_seconds * std::min(1.0, part_of_threads), aim.unit_seconds) : aim.unit_seconds;

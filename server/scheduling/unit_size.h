@@ -17,12 +17,12 @@ struct UnitAim {
   double least_seconds = 0.03;          ///< least thread time of a range that is cut to give work to others
   double results_seconds = 0;           ///< time in which all threads together may send one result each
   double seconds_per_pixel_sample = 0;  ///< of one of its threads, for this job's costlier tiles; 0: unknown
-  /// Of the unit, as far as one sample of one tile allows.
+  /// Limit of the unit. It has at least one sample of one tile.
   double most_pixel_samples = std::numeric_limits<double>::infinity();
   std::uint32_t threads = 1;       ///< of the worker
   std::uint32_t farm_threads = 1;  ///< of all workers of the farm that can get work
-  /// If above 0, tiles share work of their samples. Each worker does it once, and keeps it for so many samples. Then
-  /// units have many tiles with few samples, not few tiles with many samples.
+  /// If above 0, tiles share work of their samples. Each worker does it once, and keeps it for this number of samples.
+  /// Then units have many tiles with few samples, not few tiles with many samples.
   std::uint32_t shared_samples = 0;
 };
 
@@ -32,9 +32,9 @@ struct Gap {
   std::uint64_t end = 0;
 };
 
-/// Sets the three times of `aim`. Each result costs the coordinator the same, whatever its range. So the more threads
-/// the farm has, the longer are their ranges, so that all together send at most `bytes_per_second`. `node_bytes`: size
-/// of a result. A unit takes at least `unit_seconds`.
+/// Sets the three times of `aim`. Each result costs the coordinator the same, whatever its range. So on a farm with
+/// more threads the ranges are longer, and all threads together send at most `bytes_per_second`. `node_bytes`: size of
+/// a result. A unit takes at least `unit_seconds`.
 void set_times(double unit_seconds, double node_bytes, double bytes_per_second, UnitAim& aim);
 
 /// Range to lease at the start of `gap`, for `tiles` tiles of `tile_pixels` pixels each. It is the largest dyadic range
@@ -45,8 +45,7 @@ void set_times(double unit_seconds, double node_bytes, double bytes_per_second, 
 /// - `most_pixel_samples`;
 /// - small enough that all threads of the farm find work in the `left` free pixel samples of the job.
 /// The first sample of a pixel comes alone, so that a picture appears soon. So do all samples while the cost is
-/// unknown. If first samples would give too many results, the first range has as many samples as take the time of
-/// `results_seconds`.
+/// unknown. If single samples would give too many results, a first range takes up to `results_seconds`.
 SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, std::uint64_t left,
                          const UnitAim& aim);
 

@@ -37,9 +37,9 @@ class AssetFolder final : public AssetStore {
 
   std::vector<Sha256> digests() const override;
   Result<std::uint64_t> size(const Sha256& digest) const override;
-  Status check_room(const Sha256& digest, std::uint64_t bytes) const override { return budget_.check(digest, bytes); }
+  Status check_room(const Sha256& digest, const std::string& user, std::uint64_t bytes) const override;
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user) override;
-  void attribute(const Sha256& digest, const std::string& user) override;
+  Status attribute(const Sha256& digest, const std::string& user, UserLimit limit) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
   void forget(const Reader& damaged) override;
@@ -48,7 +48,7 @@ class AssetFolder final : public AssetStore {
  private:
   friend class FileUpload;
   fs::path path_of(const Sha256& digest) const;
-  /// RESOURCE_EXHAUSTED if so many bytes more would leave too little space on the disk.
+  /// RESOURCE_EXHAUSTED if this number of further bytes would leave too little space on the disk.
   Status check_space(std::uint64_t bytes) const;
 
   const fs::path folder_;
@@ -120,6 +120,11 @@ Status AssetFolder::check_space(std::uint64_t bytes) const {
                             folder_.string(), static_cast<double>(reserve_bytes_) / (1 << 30));
 }
 
+Status AssetFolder::check_room(const Sha256& digest, const std::string& user, std::uint64_t bytes) const {
+  LM_RETURN_IF_ERROR(budget_.check(digest, user, bytes));
+  return check_space(bytes);
+}
+
 Result<std::unique_ptr<AssetStore::Upload>> AssetFolder::start_upload(const Sha256& digest, const std::string& user) {
   const fs::path temporary = folder_ / "incoming" / fmt::format("{}-{}", digest.hex(), next_temporary_++);
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -185,11 +190,10 @@ Status FileUpload::finish() {
   return ok_status();
 }
 
-void AssetFolder::attribute(const Sha256& digest, const std::string& user) {
+Status AssetFolder::attribute(const Sha256& digest, const std::string& user, UserLimit limit) {
   const MutexLock lock(placing_);
-  if (const Result<std::uint64_t> bytes = size(digest); bytes.ok()) {
-    budget_.attribute(digest, user, *bytes);
-  }
+  const Result<std::uint64_t> bytes = size(digest);
+  return bytes.ok() ? budget_.attribute(digest, user, *bytes, limit) : bytes.status();
 }
 
 // ---- reading ----

@@ -39,23 +39,27 @@ Status AssetBudget::check(const Sha256& digest, const std::string& user, std::ui
   }
   if (used_bytes_ + more_bytes > limits_.total_bytes) {
     return resource_exhausted(
-        "the farm's assets would pass their limit of {} bytes; raise --max-assets-gib or delete jobs",
+        "the farm's assets would exceed their limit of {} bytes; raise --max-assets-gib or delete jobs",
         limits_.total_bytes);
   }
+  return check_user(user, more_bytes);
+}
+
+Status AssetBudget::check_user(const std::string& user, std::uint64_t more_bytes) const {
   const auto of_user = bytes_of_.find(user);
   const std::uint64_t limit = user == kUploadsOfWorkers ? limits_.user_bytes / 2 : limits_.user_bytes;
   if (!user.empty() && (of_user == bytes_of_.end() ? 0 : of_user->second) + more_bytes > limit) {
     return resource_exhausted(
-        "the assets that '{}' sent would pass the limit of {} bytes (--user-disk-gib, --max-assets-gib): delete jobs "
-        "that use them; assets that no job uses are deleted after a day",
+        "the assets of '{}' would exceed their limit of {} bytes (--user-disk-gib, --max-assets-gib): delete jobs that "
+        "use them; assets that no job uses are deleted after a day",
         user, limit);
   }
   return ok_status();
 }
 
-Status AssetBudget::check(const Sha256& digest, std::uint64_t bytes) const {
+Status AssetBudget::check(const Sha256& digest, const std::string& user, std::uint64_t bytes) const {
   const MutexLock lock(mutex_);
-  return check(digest, "", 0, bytes);
+  return check(digest, user, 0, bytes);
 }
 
 Status AssetBudget::reserve(const Sha256& digest, const std::string& user, std::uint64_t had_bytes,
@@ -97,11 +101,23 @@ void AssetBudget::removed(const Sha256& digest, std::uint64_t bytes) {
   }
 }
 
-void AssetBudget::attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes) {
+Status AssetBudget::attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes, UserLimit limit) {
   const MutexLock lock(mutex_);
-  if (!user.empty() && user_of_.emplace(digest, Counted{user, bytes + kBytesOfFile}).second) {
-    bytes_of_[user] += bytes + kBytesOfFile;
+  const auto counted = user_of_.find(digest);
+  const bool has_user = counted != user_of_.end() && counted->second.user != kUploadsOfWorkers;
+  if (user.empty() || user == kUploadsOfWorkers || has_user) {
+    return ok_status();
   }
+  const Counted now{user, bytes + kBytesOfFile};
+  if (limit == UserLimit::enforced) {
+    LM_RETURN_IF_ERROR(check_user(user, now.bytes));
+  }
+  if (counted != user_of_.end()) {
+    take_back(counted->second.user, counted->second.bytes);
+  }
+  user_of_[digest] = now;
+  bytes_of_[user] += now.bytes;
+  return ok_status();
 }
 
 std::uint64_t AssetBudget::used_bytes() const {

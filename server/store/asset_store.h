@@ -23,10 +23,16 @@ struct AssetLimits {
   std::uint64_t reserve_bytes = 0;                      ///< free space that uploads leave on the disk of a folder
 };
 
-/// What an asset counts for its user besides its bytes. Small files take a block of the disk and an inode.
+/// Bytes that each asset counts for its user in addition. Small files take a block of the disk and an inode.
 inline constexpr std::uint64_t kBytesOfFile = 4096;
-/// The user that has the uploads of all workers. They may have half as much as a user.
+/// The user that the uploads of all workers count for. Together they may have half as much as a user.
 inline constexpr std::string_view kUploadsOfWorkers = "(workers)";
+
+/// What AssetStore::attribute() does with an asset that exceeds its user's limit.
+enum class UserLimit {
+  enforced,
+  ignored,  ///< the asset was accepted before
+};
 
 /// Thread-safe. An asset is complete and its bytes match its digest, or it does not exist.
 class AssetStore {
@@ -41,8 +47,8 @@ class AssetStore {
   /// Size in bytes; NOT_FOUND.
   virtual Result<std::uint64_t> size(const Sha256& digest) const = 0;
 
-  /// OK if an asset of `bytes` bytes can be uploaded now. RESOURCE_EXHAUSTED names the limit.
-  virtual Status check_room(const Sha256& digest, std::uint64_t bytes) const = 0;
+  /// OK if the user can upload an asset of `bytes` bytes now. RESOURCE_EXHAUSTED names the limit.
+  virtual Status check_room(const Sha256& digest, const std::string& user, std::uint64_t bytes) const = 0;
   /// An upload in progress. Not thread-safe. An unfinished upload leaves nothing.
   class Upload {
    public:
@@ -54,8 +60,10 @@ class AssetStore {
   };
   /// The asset counts as the user's until it is deleted, unless it was there before. Empty: as no user's.
   virtual Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user = "") = 0;
-  /// After a start: a stored asset counts as the user's, if it is no user's.
-  virtual void attribute(const Sha256& digest, const std::string& user) = 0;
+  /// From now on, a stored asset counts as the user's, unless it counts as another user's. One that a worker sent
+  /// changes from kUploadsOfWorkers to the user. RESOURCE_EXHAUSTED if `limit` is enforced and the user has no room for
+  /// it.
+  virtual Status attribute(const Sha256& digest, const std::string& user, UserLimit limit) = 0;
 
   /// Reads an asset piece by piece. Not thread-safe.
   class Reader {
@@ -93,19 +101,20 @@ class AssetBudget {
   /// exceeded.
   Status reserve(const Sha256& digest, const std::string& user, std::uint64_t had_bytes, std::uint64_t more_bytes);
   /// Like reserve(), without a reservation.
-  Status check(const Sha256& digest, std::uint64_t bytes) const;
+  Status check(const Sha256& digest, const std::string& user, std::uint64_t bytes) const;
   /// An upload ended, and left nothing.
   void release(const std::string& user, std::uint64_t bytes);
   /// An upload ended, and its asset is new.
   void stored(const Sha256& digest, const std::string& user, std::uint64_t bytes);
   /// A stored asset is deleted.
   void removed(const Sha256& digest, std::uint64_t bytes);
-  void attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes);
+  Status attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes, UserLimit limit);
   std::uint64_t used_bytes() const;
 
  private:
   Status check(const Sha256& digest, const std::string& user, std::uint64_t had_bytes, std::uint64_t more_bytes) const
       LM_REQUIRES(mutex_);
+  Status check_user(const std::string& user, std::uint64_t more_bytes) const LM_REQUIRES(mutex_);
   void take_back(const std::string& user, std::uint64_t bytes) LM_REQUIRES(mutex_);
 
   const AssetLimits limits_;

@@ -24,7 +24,7 @@ Status check_record(const JobRecord& record) {
   const JobSpec& spec = record.spec;
   LM_RETURN_IF_ERROR(check_film(spec.settings));
   LM_RETURN_IF_ERROR(check_goal(spec.goal));
-  LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share));
+  LM_RETURN_IF_ERROR(check_audit_share(spec.audit_share));
   // The threads' time is a sum of what workers reported, so it has no limit.
   if (!is_time(record.active_seconds) || !(record.worker_seconds >= 0 && std::isfinite(record.worker_seconds))) {
     return invalid_argument("its times are invalid: rendered for {} s, thread time {} s", record.active_seconds,

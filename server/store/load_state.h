@@ -11,9 +11,10 @@ namespace lightmill::stored {
 /// Implements Store::read_film().
 using ReadFilm = std::function<Result<FilmPiece>(JobId job, const FilmPosition& after)>;
 
-/// Reads all jobs with their nodes and results, and all small rows. It does not read the epoch, the secret, the next job
-/// id, or the values of ended jobs' nodes. Damaged rows are logged; such jobs are left out, and such nodes are removed.
-/// The caller applies `repairs`. `specs` learns which specifications are stored. Nothing else may write meanwhile.
+/// Reads all jobs with their nodes and results, and all small rows. It does not read the epoch, the secret, the next
+/// job id, or the values of ended jobs' nodes. Damaged rows are logged; such jobs are left out, and such nodes are
+/// removed. The caller applies `repairs`. `specs` learns which specifications are stored. Nothing else may write
+/// meanwhile.
 Result<StoredState> load_state(RowSource& rows, const ReadFilm& read_film, StoredSpecs& specs,
                                std::vector<StoreOp>& repairs);
 
@@ -25,7 +26,8 @@ Status load_values(const ReadFilm& read_film, StoredState::StoredJob& job, Store
 Result<RowKeys> load_keys(RowSource& rows);
 
 /// Adds a result to its job. `row` has tile, level, range_index, hash, worker, machine, audit, fingerprint_class and
-/// checksum. False if the row is damaged: its numbers are invalid, or is_sound(key, hash, by, audit, checksum) is false.
+/// checksum. False if the row is damaged: its numbers are invalid, or is_sound(key, hash, by, audit, checksum) is
+/// false.
 template <class IsSound>
 bool take_result(const Row& row, StoredState::StoredJob& job, RendererTable& renderers, const IsSound& is_sound) {
   std::int64_t tile, level, index, audit, checksum;

@@ -35,7 +35,7 @@ Status write_job(const StoredState& state, const StoredState::StoredJob& job, Pi
   }
   for (const StoredState::StoredResult& result : job.results) {
     const NodeKey key{id, result.tile, result.range};
-    LM_RETURN_IF_ERROR(pieces.add(PutResult{key, result.hash, state.renderers.at(result.by), result.to_verify}));
+    LM_RETURN_IF_ERROR(pieces.add(PutResult{key, result.hash, state.renderers.at(result.by), result.audit_pending}));
   }
   return ok_status();
 }

@@ -71,7 +71,7 @@ Hash128 checksum_of(const JobRecord& job) {
   const MethodNotes& notes = job.method_notes;
   RowHasher row;
   row.add(job.id.value, spec.request_id, spec.name, spec.owner, spec.host, spec.parent.value, number(spec.priority),
-          spec.verify_share, number(spec.allow_mixed), spec.goal.samples, spec.goal.seconds, spec.goal.error,
+          spec.audit_share, number(spec.allow_mixed), spec.goal.samples, spec.goal.seconds, spec.goal.error,
           number(spec.goal.adaptive), code_of(kStateNames, job.state), job.reason, code_of(kLimitNames, job.reached),
           job.fingerprint_class, number(job.submitted_unix_ms), number(job.finished_unix_ms));
   row.add(as_byte_view(*settings.scene), number(settings.width), number(settings.height), number(settings.crop.x),
@@ -159,8 +159,8 @@ Status OldRows::load_jobs() {
                      spec.priority, spec.goal.samples, spec.goal.seconds, spec.goal.error, spec.goal.adaptive, state,
                      job.reason, reached, job.fingerprint_class, job.active_seconds, job.worker_seconds,
                      counters.results_merged, counters.results_duplicate, counters.leases_lost, counters.copies_leased,
-                     counters.non_finite, job.submitted_unix_ms, job.finished_unix_ms, spec.verify_share,
-                     counters.results_verified, counters.nodes_dropped, spec.allow_mixed, checksum);
+                     counters.non_finite, job.submitted_unix_ms, job.finished_unix_ms, spec.audit_share,
+                     counters.results_audited, counters.nodes_dropped, spec.allow_mixed, checksum);
         job.state = sound(job.id, value_of(kStateNames, state, "state"));
         job.reached = sound(job.id, value_of(kLimitNames, reached, "reached"));
         expected_[job.id] = checksum;

@@ -33,7 +33,7 @@ std::string spec_message(const JobRecord& job) {
 }
 
 std::string state_message(const JobRecord& job) {
-  v1::StoredState out;
+  v1::StoredJobState out;
   to_wire(job.spec.goal, out.mutable_goal());
   out.set_priority(job.spec.priority);
   out.set_state(to_wire(job.state));
@@ -117,7 +117,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
 }
 
 Status read_state(std::string_view bytes, JobRecord& job) {
-  v1::StoredState in;
+  v1::StoredJobState in;
   if (!parse_bytes(bytes, &in)) {
     return kNoMessage;
   }
@@ -159,9 +159,18 @@ Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
     return kNoMessage;
   }
   LM_ASSIGN_OR_RETURN(const Proof proof, value_of(kProofs, in.proof(), "proof"));
-  return Action{number,       in.unix_ms(),   in.caller(), proof,      in.token(),
-                in.peer(),    in.operation(), in.job(),    in.about(), static_cast<StatusCode>(in.outcome()),
-                in.message(), in.change()};
+  return Action{.number = number,
+                .unix_ms = in.unix_ms(),
+                .caller = in.caller(),
+                .proof = proof,
+                .token = in.token(),
+                .peer = in.peer(),
+                .operation = in.operation(),
+                .job = in.job(),
+                .about = in.about(),
+                .outcome = static_cast<StatusCode>(in.outcome()),
+                .message = in.message(),
+                .change = in.change()};
 }
 
 }  // namespace

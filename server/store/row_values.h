@@ -44,10 +44,11 @@ NodeKey key_of(JobId job, const FilmPosition& position);
 /// Allocation of a job, one byte per tile. DATA_LOSS if the number of tiles differs or a share is invalid.
 Result<Allocation> allocation_in(std::string_view shares, const RenderSettings& settings);
 /// Drops a damaged row of a result with `repairs`. remove_invalid_rows() later drops the node that contains it, because
-/// the origin of its samples is unknown. If a worker is found guilty, nothing could tell whether they were its samples.
+/// the origin of its samples is unknown. If a worker is found guilty later, the farm could not tell which samples to
+/// drop.
 void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs);
 
-/// Numbers everyone who rendered a result, from 0.
+/// Table of the renderers of results, numbered from 0.
 class RendererTable {
  public:
   std::uint32_t index_of(Renderer renderer);
@@ -58,8 +59,8 @@ class RendererTable {
   std::map<Renderer, std::uint32_t> indices_;
 };
 
-/// Hash in the row of a node: hash_of(node), combined with the job and the tile. A row in the place of another one is
-/// damaged.
+/// Hash in the row of a node: hash_of(node), combined with the job and the tile. So a row in the place of another one
+/// counts as damaged.
 Hash128 row_hash_of(JobId job, TileId tile, const Node& node);
 /// The node of a row. Null if it does not match its stored `hash`: row_hash_of(), or hash_of() in rows that the format
 /// before wrote.

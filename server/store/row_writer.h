@@ -11,7 +11,7 @@ enum RowStatement : int {
   kPutNode,        ///< job, tile, level, range_index, non_finite, hash, samples
   kDropNode,       ///< job, tile, level, range_index
   kPutResult,      ///< the columns of `results`
-  kPutVerified,    ///< job, tile, level, range_index
+  kPutAudited,     ///< job, tile, level, range_index
   kDropResults,    ///< the same: all results whose samples lie in this range
   kDropResultRow,  ///< job, tile, level, range_index
   kPutRecord,      ///< the first of one per table (Table): key, message, checksum
@@ -42,13 +42,13 @@ Status write_rows(const StoreOp& op, StoredSpecs& specs, RowKeys& keys, const Ru
                  [&](const DropNode& drop) { return run_key(kDropNode, drop.key); },
                  [&](const PutResult& put) {
                    const std::string hash = hash_bytes(put.hash);
-                   const Audit audit = put.to_verify ? Audit::wanted : Audit::none;
+                   const Audit audit = put.audit_pending ? Audit::wanted : Audit::none;
                    return run(kPutResult, put.key.job.value, put.key.tile.value, put.key.range.level,
                               put.key.range.index, as_byte_view(hash), as_byte_view(put.by.worker),
                               as_byte_view(put.by.identity), static_cast<int>(audit),
                               as_byte_view(put.by.fingerprint_class), checksum_of(put.key, put.hash, put.by, audit));
                  },
-                 [&](const PutVerified& put) { return run_key(kPutVerified, put.key); },
+                 [&](const PutAudited& put) { return run_key(kPutAudited, put.key); },
                  [&](const DropResults& drop) { return run_key(kDropResults, drop.key); },
                  [&](const DropResultRow& drop) {
                    return run(kDropResultRow, drop.job.value, drop.tile, drop.level, drop.index);

@@ -46,8 +46,9 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
 
  private:
   Status open() {
-    LM_RETURN_IF_ERROR(way_.assets.check_room(digest_, length_));
-    LM_ASSIGN_OR_RETURN(upload_, way_.assets.start_upload(digest_, uploader(call_.caller)));
+    const std::string user = uploader(call_.caller);
+    LM_RETURN_IF_ERROR(way_.assets.check_room(digest_, user, length_));
+    LM_ASSIGN_OR_RETURN(upload_, way_.assets.start_upload(digest_, user));
     return ok_status();
   }
 
@@ -55,8 +56,8 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     piece_.resize(kPieceBytes);
     parser_.get().body() = {piece_.data(), piece_.size(), true};
     // The time of the disk does not count. Fast data earlier does not allow a longer pause now.
-    way_.stream.tcp().expires_at(
-        std::min(began_ + body_timeout(received_bytes_), SteadyClock::now() + body_timeout(kPieceBytes)));
+    way_.stream.tcp().expires_at(std::min(began_ + body_timeout(way_.patience, received_bytes_),
+                                          SteadyClock::now() + body_timeout(way_.patience, kPieceBytes)));
     call_.slot->set_stalled();
     fill_piece();
   }

@@ -20,6 +20,7 @@ struct UploadWay {
   AssetStore& assets;
   boost::asio::thread_pool& disk;  ///< its threads may wait for the disk
   Traffic& traffic;
+  Duration patience;  ///< WebOptions::patience
 };
 
 /// `whole`: the body was read to its end.

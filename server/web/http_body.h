@@ -10,6 +10,7 @@
 #include <functional>
 #include <string_view>
 
+#include "common/base/clock.h"
 #include "common/base/status.h"
 #include "server/web/web_stream.h"
 
@@ -21,12 +22,11 @@ using SteadyClock = std::chrono::steady_clock;
 using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
 using HeadParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;
 
-/// A connection is closed after this time of silence.
-inline constexpr auto kRequestTimeout = std::chrono::seconds(30);
-/// A connection that sends a large body more slowly is closed, too.
+/// A connection that sends a large body more slowly is closed.
 inline constexpr std::uint64_t kLeastBytesPerSecondSent = std::uint64_t{128} << 10;
-inline std::chrono::seconds body_timeout(std::uint64_t bytes) {
-  return kRequestTimeout + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
+/// `patience`: WebOptions::patience.
+inline Duration body_timeout(Duration patience, std::uint64_t bytes) {
+  return patience + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
 }
 
 inline std::string_view as_std(boost::beast::string_view text) {

@@ -15,7 +15,8 @@ class HttpResponder {
   /// Called when the response is sent, unless the connection has ended.
   using Sent = std::function<void(bool keep_alive)>;
 
-  explicit HttpResponder(WebStream& stream) : stream_(stream) {}
+  /// `patience`: WebOptions::patience.
+  HttpResponder(WebStream& stream, Duration patience) : stream_(stream), patience_(patience) {}
   HttpResponder(const HttpResponder&) = delete;
   HttpResponder& operator=(const HttpResponder&) = delete;
 
@@ -34,6 +35,7 @@ class HttpResponder {
   void send_missing_page(const RequestHead& request, const PageFiles& pages, std::string_view path, Sent sent);
 
   WebStream& stream_;
+  const Duration patience_;
   Response response_;
   SharedBytes body_;
   std::string head_;  ///< as sent

@@ -88,7 +88,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     reservation_ = nullptr;
     call_.reset();
     parts_.listener->clear_caller(peer_);  // a connection with half a request holds no caller's slot
-    stream_.tcp().expires_after(kRequestTimeout);
+    stream_.tcp().expires_after(parts_.options.patience);
     read_head();
   }
   void read_head() {
@@ -133,7 +133,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     read_body(large.traits.most_body_bytes);
   }
   void take_asset() {
-    Result<Call> call = admit_now(Rpc::upload_asset, kBytes);
+    Result<Call> call = admit_now(kUploadAsset, kBytes);
     const Result<Sha256> digest =
         call.ok() ? Sha256::from_hex(path().substr(kAssets.size())) : Result<Sha256>(call.status());
     if (!digest.ok()) {
@@ -147,14 +147,14 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       });
     });
     receive_asset(
-        {stream_, buffer_, parts_.assets, *parts_.disk, parts_.traffic}, std::move(*head_), *digest, *std::move(call),
-        [self = shared_from_this()](const Status& status, bool whole) {
+        {stream_, buffer_, parts_.assets, *parts_.disk, parts_.traffic, parts_.options.patience}, std::move(*head_),
+        *digest, *std::move(call), [self = shared_from_this()](const Status& status, bool whole) {
           const ApiReply reply = status.ok() ? ApiReply{200, "application/json", "{}\n"} : error_reply(status);
           self->body_read_ = whole;
           return whole ? self->answer(reply) : self->refuse_rest(reply);
         });
   }
-  Result<Call> admit_now(Rpc rpc, std::string_view content_type) const {
+  Result<Call> admit_now(const Rpc& rpc, std::string_view content_type) const {
     LM_RETURN_IF_ERROR(check_rules(true, content_type));
     return parts_.gate.admit(identify(read_credentials()), peer_, rpc);
   }
@@ -184,7 +184,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       reservation_ = std::move(more);
       held_bytes_ += kHeldAtOnce;
     }
-    stream_.tcp().expires_at(std::min(body_began_ + body_timeout(there), SteadyClock::now() + kRequestTimeout));
+    stream_.tcp().expires_at(std::min(body_began_ + body_timeout(parts_.options.patience, there),
+                                      SteadyClock::now() + parts_.options.patience));
     parse_more(stream_, buffer_, *body_parser_, [self = shared_from_this(), most_bytes](error_code error) {
       if (error == http::error::body_limit) {
         self->refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
@@ -327,7 +328,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
 
   WebParts& parts_;
   WebStream stream_;
-  HttpResponder responder_{stream_};
+  HttpResponder responder_{stream_, parts_.options.patience};
   const std::string peer_;  ///< ADDRESS:PORT
   beast::flat_buffer buffer_{kMostHeaderBytes + kMostBodyBytes};
   std::optional<HeadParser> head_;

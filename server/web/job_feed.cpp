@@ -79,7 +79,7 @@ void JobFeed::watch() {
 
 void JobFeed::take(const WatchUpdate& update) {
   failure_ = ok_status();
-  owner_ = update.job.owner;
+  owner_ = update.job.spec.owner;
   every_tile_has_samples_ = update.job.min_tile_samples > 0;
   ended_ = update.last;
   if (std::string state = job_bytes(update.job, true); state != state_) {
@@ -99,7 +99,7 @@ void JobFeed::take(const WatchUpdate& update) {
 /// Reserves room for the whole picture, so a picture that is shown can be completed. Without room, the job is watched
 /// without tiles.
 bool JobFeed::make_room(const JobStatus& job) {
-  picture_tiles_ = TileGrid(job.crop).picture_tiles();
+  picture_tiles_ = TileGrid(job.spec.settings.crop).picture_tiles();
   if (!has_room_ && fits()) {
     has_room_ = true;
     tile_budget_->taken += picture_tiles_;
@@ -108,7 +108,7 @@ bool JobFeed::make_room(const JobStatus& job) {
   if (!has_room_) {
     picture_failure_ = resource_exhausted(
         "it has {} tiles. The pictures on all open pages of this farm may have {} together, and others have {}: "
-        "{}lightmill fetch gets it",
+        "{}`lightmill fetch` gets it",
         picture_tiles_, tile_budget_->most, tile_budget_->taken,
         picture_tiles_ <= tile_budget_->most ? "it appears when those pages are closed; " : "");
     watch();
@@ -121,8 +121,7 @@ std::optional<LayerSlice> JobFeed::slice_of_layer(const JobStatus& job) const {
   if (layer_.empty()) {
     return LayerSlice{};
   }
-  const Result<std::vector<LayerSpec>> layers = film_layers(job.layers);
-  const std::optional<LayerSlice> slice = layers.ok() ? layer_slice(layer_, *layers) : std::nullopt;
+  const std::optional<LayerSlice> slice = layer_slice(layer_, job.spec.settings.layers);
   return slice && slice->kind != LayerKind::first_samples ? slice : std::nullopt;
 }
 

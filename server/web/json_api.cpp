@@ -96,7 +96,7 @@ void JsonApi::run(const HttpRoute& route, ApiRequest request, Reply reply) {
   if (!call.ok()) {
     status = call.status();
   } else if (const std::string page(query_value(request.query, "page"));
-             status.ok() && !page.empty() && operation.rpc == Rpc::submit_job) {
+             status.ok() && !page.empty() && operation.rpc.method == "SubmitJob") {
     status = page_jobs_.check(page, *call);
     call->on_submitted = page_jobs_.submission_callback(page, *call);
   }
@@ -192,7 +192,7 @@ bool JsonApi::show_film(const ApiRequest& request, std::string_view path, Reply&
     reply(error_reply(other_method(request, "GET")));
     return true;
   }
-  const Result<Call> call = gate_.admit(request.caller, request.peer, Rpc::get_film, {*job});
+  const Result<Call> call = gate_.admit(request.caller, request.peer, kGetFilm, {*job});
   if (!call.ok()) {
     reply(error_reply(call.status()));
   } else if (what == kThumbnail) {
@@ -209,7 +209,7 @@ void JsonApi::show_metrics(const ApiRequest& request, Reply reply) {
   if (request.post) {
     return reply(error_reply(other_method(request, "GET")));
   }
-  const Result<Call> call = gate_.admit(request.caller, request.peer, Rpc::list_workers);
+  const Result<Call> call = gate_.admit(request.caller, request.peer, kListWorkers);
   if (!call.ok()) {
     return reply(error_reply(call.status()));
   }

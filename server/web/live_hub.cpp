@@ -4,6 +4,8 @@
 #include <set>
 #include <utility>
 
+#include "server/operations/operation.h"
+
 namespace lightmill {
 namespace {
 
@@ -159,7 +161,7 @@ void LiveHub::take(const ListChanges& changes) {
   polling_ = false;
   polled_ = true;
   for (auto job = changes.jobs.rbegin(); job != changes.jobs.rend(); ++job) {
-    jobs_.put(job->id, job_bytes(*job, false), job->owner);
+    jobs_.put(job->id, job_bytes(*job, false), job->spec.owner);
   }
   for (const JobId job : changes.removed) {
     jobs_.remove(job);
@@ -253,7 +255,7 @@ void LiveHub::serve(ViewerLink& link, Viewer& viewer) {
 
 void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
   if (!polled_ || !viewer.request.jobs || !jobs_.has_changes_for(viewer.jobs) ||
-      !check_call(viewer.call.caller, Rpc::list_jobs).ok()) {
+      !check_call(viewer.call.caller, kListJobs).ok()) {
     return;
   }
   const auto changes = jobs_.since(viewer.jobs, kEntriesPerMessage);
@@ -272,7 +274,7 @@ void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
 
 void LiveHub::add_workers(Viewer& viewer, Message& message) const {
   if (!polled_ || !viewer.request.workers || !workers_.has_changes_for(viewer.workers) ||
-      !check_call(viewer.call.caller, Rpc::list_workers).ok()) {
+      !check_call(viewer.call.caller, kListWorkers).ok()) {
     return;
   }
   const auto changes = workers_.since(viewer.workers, kEntriesPerMessage);
@@ -293,7 +295,7 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
   const JobFeed& feed = *viewer.layers.front().feed;
   Status failure = feed.failure();
   if (failure.ok() && feed.known()) {
-    failure = check_job(viewer.call.caller, Rpc::watch_job, feed.owner());
+    failure = check_job(viewer.call.caller, kWatchJob, feed.owner());
   }
   if (const std::string text = message_of(failure); text != viewer.failure_sent) {
     viewer.failure_sent = text;

@@ -6,6 +6,7 @@
 #include "lightmill/v1/web.pb.h"
 #include "server/access/rights.h"
 #include "server/operations/messages.h"
+#include "server/operations/operation.h"
 
 namespace lightmill {
 namespace {
@@ -90,10 +91,10 @@ void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out) {
       out->add_roles(std::string(name_of(role)));
     }
   }
-  for (const std::string_view method : allowed_methods(greeting.caller, false)) {
+  for (const std::string_view method : allowed_methods(served_rpcs(), greeting.caller, false)) {
     out->add_may(std::string(method));
   }
-  for (const std::string_view method : allowed_methods(greeting.caller, true)) {
+  for (const std::string_view method : allowed_methods(served_rpcs(), greeting.caller, true)) {
     out->add_may_with_own(std::string(method));
   }
 }

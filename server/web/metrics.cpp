@@ -16,9 +16,6 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, kJobStates.size()> kStateNames{"queued", "running", "paused",
-                                                                      "done",   "failed",  "cancelled"};
-
 /// Lines of the text format. All labels and help texts are constants, so nothing is escaped.
 class MetricLines {
  public:
@@ -76,7 +73,7 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
                "outcome", {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
   out.counters("lightmill_audits_total",
                "Results that another identity rendered again: right, or wrong, which quarantines a worker.", "outcome",
-               {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
+               {{"right", number(totals.results_audited)}, {"wrong", number(totals.results_wrong)}});
   out.counter("lightmill_pixel_samples_total", "Merged samples of all pixels. Its rate is the farm's speed.",
               number(totals.pixel_samples));
   out.counter("lightmill_jobs_failed_total", "Failed jobs, with those deleted since.", number(totals.jobs_failed));
@@ -88,7 +85,8 @@ void add_farm(const MetricValues& farm, MetricLines& out) {
   const FarmGauges& gauges = farm.gauges;
   out.begin("lightmill_jobs", "Jobs by state.", "gauge");
   for (std::size_t i = 0; i < gauges.jobs.size(); ++i) {
-    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(gauges.jobs[i]));
+    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", name_of(kJobStates[i])),
+             static_cast<double>(gauges.jobs[i]));
   }
   out.begin("lightmill_jobs_waiting", "Jobs that wait, by the reason that lightmill show gives.", "gauge");
   for (std::size_t i = 0; i < gauges.waits.size(); ++i) {

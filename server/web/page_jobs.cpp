@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "server/operations/operation.h"
+
 namespace lightmill {
 namespace {
 
@@ -95,7 +97,7 @@ void PageJobs::tick() {
 }
 
 void PageJobs::discard(const Call& call, JobId job) {
-  left_.try_emplace(job, Call{call.caller, Rpc::delete_job, call.peer});
+  left_.try_emplace(job, Call{call.caller, find_operation("DeleteJob")->rpc, call.peer});
   if (!under_way_.insert(job).second) {
     return;
   }

@@ -43,7 +43,7 @@ LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
 
 PageJobs::Discard discarding(Runtime& runtime, const OnWebThread& on_web_thread) {
   return [&runtime, on_web_thread](const Call& call, JobId job, const std::function<void(bool)>& done) {
-    const auto deletion = std::make_shared<OperationCall>(runtime, *find_operation(Rpc::delete_job));
+    const auto deletion = std::make_shared<OperationCall>(runtime, *find_operation("DeleteJob"));
     auto& request = static_cast<v1::DeleteJobRequest&>(deletion->request());
     request.set_id(job.value);
     request.set_cancel(true);
@@ -75,7 +75,7 @@ void tick_on(WebParts& parts) {
   });
 }
 
-/// Reads a renewed certificate. Upkeep reports its errors.
+/// Reads a renewed certificate. HostMonitor reports its errors.
 void renew_on(WebParts& parts) {
   parts.renewal->expires_after(kRenewalInterval);
   parts.renewal->async_wait([&parts](error_code error) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/clock.h"
 #include "common/base/status.h"
 #include "common/security/tls_files.h"
 #include "server/runtime/runtime.h"
@@ -22,6 +23,7 @@ struct WebOptions {
   std::size_t connections = 1'024;  ///< limit
   /// Memory limits: pictures that are made or downloaded, and pictures that open pages show.
   std::uint64_t file_bytes = std::uint64_t{2} << 30, view_bytes = std::uint64_t{1} << 30;
+  Duration patience = std::chrono::seconds(30);  ///< a connection is closed after this time of silence
 };
 
 struct WebParts;
@@ -30,8 +32,8 @@ struct WebParts;
 /// their time are limited.
 class WebServer {
  public:
-  /// INVALID_ARGUMENT if other machines can reach the address and it is not encrypted. UNAVAILABLE if the address cannot be
-  /// bound. Also returns errors of the certificate.
+  /// INVALID_ARGUMENT if other machines can reach the address and it is not encrypted. UNAVAILABLE if the address
+  /// cannot be bound. Also returns errors of the certificate.
   static Result<std::unique_ptr<WebServer>> start(Runtime& runtime, const WebOptions& options);
   /// Closes all connections. The runtime must still run.
   ~WebServer();

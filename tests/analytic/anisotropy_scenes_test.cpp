@@ -1,5 +1,5 @@
-// Anisotropic metal and sheen through public scene documents, compared with the published formulas. The formulas use double
-// precision and no code of the renderer.
+// Anisotropic metal and sheen through public scene documents, compared with the published formulas. The formulas use
+// double precision and no code of the renderer.
 #include <cmath>
 
 #include "tests/analytic/scene_text.h"

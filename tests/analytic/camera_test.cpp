@@ -9,8 +9,8 @@
 namespace lightmill::test {
 namespace {
 
-/// 16×16 pixels, a field of view of 53.13° (a film of 1 at distance 1), a lens focused at 4, and a glowing half plane x
-/// > 0 at distance `depth`. `upper`: y > 0 instead.
+/// 16×16 pixels, a field of view of 53.13° (a film of 1 at distance 1), a lens focused at 4, and an emissive half plane
+/// x > 0 at distance `depth`. `upper`: y > 0 instead.
 HalfImages edge_at(double depth, double lens_radius, const std::string& shift = "", bool upper = false) {
   const std::string corners =
       upper ? fmt::format(R"("a": [1000, 0, {0}], "b": [0, 2000, {0}], "c": [-1000, 0, {0}])", -depth)

@@ -238,7 +238,7 @@ TEST(EllipseLight, IrradianceIsTheIntegralOverTheEllipse) {
 }
 
 TEST(DiskLight, ASpreadIsTheShareThatSlatsLetPass) {
-  // E = 2πL ∫ (1 − ρ cot h/z) z²ρ/(ρ² + z²)² dρ on the axis at distance z, up to the edge or to where no light comes.
+  // E = 2πL ∫ (1 − ρ cot h/z) z²ρ/(ρ² + z²)² dρ on the axis at distance z, up to the edge of the light or of its cone.
   for (const double spread : {20.0, 60.0, 120.0}) {
     const double cot = 1 / std::tan(spread / 2 * kDegree), z = 2, edge = std::min(1.5, z / cot);
     constexpr int kSteps = 100'000;
@@ -293,7 +293,7 @@ TEST(RectangleLight, HasItsFormFactor) {
   }
 }
 
-TEST(RectangleLight, PathsAndPhotonsBringItsFormFactor) {
+TEST(RectangleLight, PathsAndPhotonsGiveItsFormFactor) {
   // Unit squares: parallel at distance 1, and perpendicular with a common edge. Meters need no photon radius.
   for (const auto& [place, factor] : {std::pair(R"("position": [0.5, 1, 0.5], "direction": [0, -1, 0])", 0.1998249),
                                       {R"("position": [0, 0.5, 0.5], "direction": [1, 0, 0])", 0.2000438}}) {

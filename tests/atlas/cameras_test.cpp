@@ -119,7 +119,7 @@ TEST(Cameras, SeeOneSideOfASurfaceThatTheyTouch) {
 
 TEST(Cameras, SeeABrighterSkyInsideGlass) {
   for (const double n : {1.5, 1.1, 2.4}) {
-    expect_answer(mean_of(clean_picture(scene_of(eye_in_glass(n)), "path", 8), 0), n * n, 1e-2);
+    expect_answer(mean_of(clean_picture(scene_of(camera_in_glass(n)), "path", 8), 0), n * n, 1e-2);
   }
 }
 

@@ -13,7 +13,7 @@
 
 #include "common/methods/factories.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 

@@ -1,5 +1,5 @@
-// The renderer on one thread: samples and rays per second, efficiency relative to the reference tracer, and the share
-// of time in Embree.
+// Measurements of the renderer on one thread: samples and rays per second, efficiency relative to the reference tracer,
+// and the share of time in Embree.
 //
 // Efficiency is 1 / (relMSE × CPU seconds), against a reference by the renderer with another seed and many more
 // samples. Its noise adds to both sides. With the defaults it is below a tenth. Runs of the two alternate, and the
@@ -10,7 +10,7 @@
 
 #include "tests/bench/embree_share.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/reference_tracer.h"
 #include "tests/support/render_document.h"
 

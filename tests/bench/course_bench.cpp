@@ -1,5 +1,5 @@
-// The course's two tables on one thread, as Markdown: time with and without the hierarchy, and subdivisions of the
-// pixel against time and error, compared with plain random sampling.
+// The course's two tables on one thread, as Markdown. The first has the time with and without the hierarchy. The second
+// has time and error for subdivisions of the pixel, compared with plain random sampling.
 //
 // Plain random sampling is the same kernel with a separate seed for every sample. Sample i of a picture is sample i of
 // sequence i, so the samples are independent. The error is relMSE against many samples of another seed.
@@ -16,7 +16,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 
 namespace {

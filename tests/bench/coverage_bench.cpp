@@ -14,7 +14,7 @@
 #include "common/film/error_goal.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/tile_noise.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 
 namespace {
@@ -115,7 +115,7 @@ struct Run {
   std::uint64_t samples = 0;
   FrameError stated;
   double truth = 0;
-  std::size_t bright = 0;  ///< pixels with more than kBright times the mean pixel's share of the error
+  std::size_t bright = 0;  ///< pixels whose error is more than kBright times the mean pixel's
 };
 
 Run run(const Case& each, const std::shared_ptr<const CompiledScene>& compiled, const Picture& reference,

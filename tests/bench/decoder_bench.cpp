@@ -9,7 +9,7 @@
 #include "common/image/decoder/decoder_process.h"
 #include "common/image/exr.h"
 #include "common/image/png.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 
 namespace {

@@ -11,7 +11,7 @@
 #include "server/store/data_directory.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace {
 

@@ -21,7 +21,7 @@
 #include "common/base/file.h"
 #include "tests/bench/measure.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 
 namespace {

@@ -1,7 +1,7 @@
 #!/bin/sh
-# Times commands on a fresh machine: a minimal Debian in its own folder, with a clone of this repository, an empty environment and
-# an empty compiler cache. Each command runs twice: cold, then warm. Packages come from the mirrors in this machine's apt and npm
-# settings. Needs root, mmdebstrap, 25 GiB of disk, and as long as the commands take.
+# Times commands on a fresh machine: a minimal Debian in its own folder, with an empty environment. Each command has a new clone of
+# this repository and an empty compiler cache, and runs twice: cold, then warm. The first one installs the packages, too. They come
+# from the mirrors in this machine's apt and npm settings. Needs root, mmdebstrap, 25 GiB of disk, and as long as the commands take.
 #
 #   tests/bench/fresh_machine.sh [--commit COMMIT] ["./quickstart.sh --once" ./test.sh ...]
 set -eu
@@ -9,9 +9,13 @@ set -eu
 # In the fresh Debian this script calls itself: fresh_machine.sh --inside COMMAND...
 if [ "${1:-}" = --inside ]; then
   shift
-  cd /srv/lightmill
   code=0
   for command in "$@"; do
+    cd /srv
+    rm -rf clone cache
+    git clone -q lightmill clone
+    cd clone
+    export CCACHE_DIR=/srv/cache
     for state in cold warm; do
       echo "#### $command, $state"
       began=$(date +%s)
@@ -29,31 +33,25 @@ if [ "${1:-}" = --commit ]; then
   shift 2
 fi
 [ "$#" -gt 0 ] || set -- './quickstart.sh --once' ./test.sh
-if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null; then
-  echo 'fresh_machine.sh: needs root and mmdebstrap' >&2
-  exit 1
-fi
+# shellcheck source=tests/support/fresh_debian.sh
+. tests/support/fresh_debian.sh
+need_root_and mmdebstrap
 work=$(mktemp -d -p /var/tmp)
 trap 'rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 git clone -q --no-hardlinks . "$work/lightmill"
 git -C "$work/lightmill" checkout -q "$(git rev-parse "$commit")"
-cp "$0" "$work/fresh_machine.sh"
-mkdir "$work/sources" "$work/settings"
-for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources; do
-  [ ! -e "$file" ] || cp "$file" "$work/sources/"
-done
-cat "$work"/sources/* >"$work/all-sources"
+cp tests/bench/fresh_machine.sh "$work"
+mkdir "$work/settings"
 cp "$(npm config get globalconfig)" "$work/settings/npmrc" 2>/dev/null || : >"$work/settings/npmrc"
-# shellcheck source=/dev/null
-suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
 quoted=
 for command in "$@"; do
   quoted="$quoted '$command'"
 done
-TMPDIR=/var/tmp mmdebstrap --quiet --variant=apt --include=git,ca-certificates --format=null \
+TMPDIR=/var/tmp
+export TMPDIR
+make_debian /dev/null --variant=apt --include=git,ca-certificates --format=null \
   --customize-hook="copy-in $work/lightmill $work/fresh_machine.sh /srv" \
   --customize-hook="copy-in $work/settings/npmrc /etc" \
   --customize-hook="cp -r /etc/ssl/certs \"\$1/etc/ssl/\" && cp /etc/hosts /etc/resolv.conf \"\$1/etc/\"" \
-  --customize-hook="chroot \"\$1\" env -i HOME=/root NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin sh /srv/fresh_machine.sh --inside $quoted" \
-  "$suite" /dev/null - <"$work/all-sources"
+  --customize-hook="chroot \"\$1\" env -i HOME=/root NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin sh /srv/fresh_machine.sh --inside $quoted"

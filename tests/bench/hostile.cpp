@@ -117,7 +117,7 @@ class HostileClient {
   }
   HostileClient(const HostileClient&) = delete;
   HostileClient& operator=(const HostileClient&) = delete;
-  int times_hung_up_on() const { return hung_up_on_; }
+  int times_closed_by_server() const { return closed_by_server_; }
   /// Stops reconnecting.
   void stop() {
     thread_.request_stop();
@@ -163,7 +163,7 @@ class HostileClient {
       for (std::size_t i = 0; i < all.size(); ++i) {
         if (all[i].revents != 0) {
           ::close(sockets_[i]);
-          ++hung_up_on_;
+          ++closed_by_server_;
           come(i);
         }
       }
@@ -173,7 +173,7 @@ class HostileClient {
   const int port_;
   const std::string job_;
   std::vector<int> sockets_;
-  std::atomic<int> hung_up_on_ = 0;
+  std::atomic<int> closed_by_server_ = 0;
   std::jthread thread_;
 };
 
@@ -231,13 +231,13 @@ int run(const Options& options) {
   const int port = std::stoi(farm.address().substr(farm.address().find(':') + 1));
   const std::string request = "\x08" + std::string(1, static_cast<char>(job));
   Turns alone, with;
-  int hung_up_on = 0, heard = 0, filled = 0;
+  int closed_by_server = 0, heard = 0, filled = 0;
   for (int turn = 0; turn < options.turns; ++turn) {
     measure_turn(farm, job, options.seconds, alone);
     {
       HostileClient hostile(port, options.connections, request);
       measure_turn(farm, job, options.seconds, with);
-      hung_up_on += hostile.times_hung_up_on();
+      closed_by_server += hostile.times_closed_by_server();
       hostile.stop();
       heard = hostile.answered(0);
       filled = hostile.answered(kFullWindow);
@@ -252,7 +252,7 @@ int run(const Options& options) {
   fmt::print(
       "\nmedians: {:.3f} of the throughput alone; {} disconnects; at the end {} of the connections had answers, and {} "
       "had unread pictures\n",
-      median(with.throughput) / median(alone.throughput), hung_up_on, heard, filled);
+      median(with.throughput) / median(alone.throughput), closed_by_server, heard, filled);
   return 0;
 }
 

@@ -8,7 +8,7 @@
 #include "common/base/digest.h"
 #include "tests/bench/embree_share.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 

@@ -20,7 +20,7 @@
 #include "common/planner/pilot.h"
 #include "common/scene_io/load.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 
 namespace {

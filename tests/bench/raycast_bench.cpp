@@ -1,5 +1,5 @@
-// The method `raycast` on one thread, relative to Embree alone: the rate of camera and shadow rays, with shading, over
-// the rate of plain Embree calls for the same rays.
+// The method `raycast` on one thread, relative to Embree alone. Compares the rate of its camera and shadow rays, with
+// shading, with the rate of plain Embree calls for the same rays.
 //
 // The rays of one sample per pixel are prepared first, in the method's packets of eight. rtcIntersect8 and rtcOccluded8
 // trace them in a hierarchy built the same way. Runs alternate, and the median ratio is reported, because the machine

@@ -1,7 +1,7 @@
 // Error of reconstructed pictures, compared with raw ones of equal samples, and the time of the reconstruction. Renders
 // scenes with 16 and 64 samples and compares the raw and the reconstructed picture with a reference.
 //
-// relMSE = mean((x − a)(x − b) / (r² + 0.01)) with the halves a and b of the reference and their mean r, so that the
+// relMSE = mean((x − a)(x − b) / (r² + 0.01)), with the halves a and b of the reference and their mean r. So the
 // reference's noise is not part of it.
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -12,7 +12,7 @@
 #include "common/image/color.h"
 #include "common/image/png.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 

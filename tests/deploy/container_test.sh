@@ -87,12 +87,9 @@ if [ "${1:-}" = --inside ]; then
 fi
 
 cd "$(dirname "$0")/../.."
-# shellcheck source=deploy/environment.sh
-. deploy/environment.sh
-if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null || ! command -v buildah >/dev/null; then
-  echo 'container_test.sh: needs root, mmdebstrap and buildah' >&2
-  exit 77
-fi
+# shellcheck source=tests/support/fresh_debian.sh
+. tests/support/fresh_debian.sh
+need_root_and mmdebstrap buildah
 work=$(mktemp -d)
 mkdir "$work/context"
 # image ARGUMENTS...: buildah with its storage in the test's folder.
@@ -108,10 +105,7 @@ trap 'exit 130' INT TERM
 if [ "$#" -gt 0 ]; then
   cp "$1"/lightmill*.deb "$work/context/"
 else
-  [ -e build/release/build.ninja ] || cmake --preset release -DLIGHTMILL_TESTS=OFF
-  cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-image-decoder lightmill-docs lightmill-web
-  (cd build/release && cpack -G DEB -B "$work/packages")
-  mv "$work"/packages/lightmill*.deb "$work/context/"
+  build_packages "$work/context"
 fi
 # The client is in no image. It runs on this machine.
 mkdir "$work/client"
@@ -120,18 +114,11 @@ for package in "$work"/context/lightmill_*.deb "$work"/context/lightmill-image-d
 done
 
 echo '== a fresh Debian'
-# shellcheck source=/dev/null
-suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
-mkdir "$work/sources"
-for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources; do
-  [ ! -e "$file" ] || cp "$file" "$work/sources/"
-done
-cat "$work"/sources/* >"$work/all-sources"
 # With the contents of the slim image, and without what it omits.
-mmdebstrap --quiet --variant=minbase --include=usr-is-merged --hook-dir=/usr/share/mmdebstrap/hooks/merged-usr \
+make_debian "$work/base.tar" --variant=minbase --include=usr-is-merged --hook-dir=/usr/share/mmdebstrap/hooks/merged-usr \
   --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
   --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/info/*' \
-  --dpkgopt='path-exclude=/usr/share/locale/*' "$suite" "$work/base.tar" - <"$work/all-sources"
+  --dpkgopt='path-exclude=/usr/share/locale/*'
 base=$(image from scratch)
 image add --quiet "$base" "$work/base.tar" / >/dev/null
 image commit --quiet "$base" localhost/base >/dev/null

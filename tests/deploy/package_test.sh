@@ -9,12 +9,9 @@ set -eu
 # In the fresh Debian this script calls itself: package_test.sh --inside FOLDER.
 if [ "${1:-}" != --inside ]; then
   cd "$(dirname "$0")/../.."
-  # shellcheck source=deploy/environment.sh
-  . deploy/environment.sh
-  if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null; then
-    echo 'package_test.sh: needs root and mmdebstrap' >&2
-    exit 77
-  fi
+  # shellcheck source=tests/support/fresh_debian.sh
+  . tests/support/fresh_debian.sh
+  need_root_and mmdebstrap
   work=$(mktemp -d)
   trap 'rm -rf "$work"' EXIT
   trap 'exit 130' INT TERM
@@ -22,22 +19,12 @@ if [ "${1:-}" != --inside ]; then
   if [ "$#" -gt 0 ]; then
     cp "$1"/lightmill*.deb "$work/packages/"
   else
-    [ -e build/release/build.ninja ] || cmake --preset release -DLIGHTMILL_TESTS=OFF
-    cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-image-decoder lightmill-docs lightmill-web
-    (cd build/release && cpack -G DEB -B "$work/cpack")
-    mv "$work"/cpack/lightmill*.deb "$work/packages/"
+    build_packages "$work/packages"
   fi
-  cp "$0" "$work/package_test.sh"
-  # shellcheck source=/dev/null
-  suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
-  mkdir "$work/sources"
-  for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources; do
-    [ ! -e "$file" ] || cp "$file" "$work/sources/"
-  done
-  cat "$work"/sources/* >"$work/all-sources"
+  cp tests/deploy/package_test.sh "$work"
   # shellcheck disable=SC2016  # $1 is the hook's
-  mmdebstrap --quiet --variant=apt --format=null --customize-hook="copy-in $work/packages $work/package_test.sh /srv" \
-    --customize-hook='chroot "$1" sh /srv/package_test.sh --inside /srv/packages' "$suite" /dev/null - <"$work/all-sources"
+  make_debian /dev/null --variant=apt --format=null --customize-hook="copy-in $work/packages $work/package_test.sh /srv" \
+    --customize-hook='chroot "$1" sh /srv/package_test.sh --inside /srv/packages'
   echo 'the packages install, work, and leave nothing behind'
   exit 0
 fi

@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -57,7 +58,10 @@ class Quickstart(unittest.TestCase):
     def test_all_phases_pass_and_have_their_seconds(self):
         code, said = self.first
         self.assertEqual(code, 0, said)
+        self.assertEqual(re.findall(r"(?m)^([a-z, ]+) \.\.\.$", said), PHASES)
         self.assertEqual(re.findall(r"(?m)^([a-z, ]+): \d+ s$", said), PHASES)
+        self.assertRegex(said, r"\nbuild \.\.\.\n(build: \d+ of \d+\n)*page: ready \d+ s after the start of the build\n")
+        self.assertNotRegex(said, r"[\r\x1b]")
 
     def test_the_picture_is_that_of_the_command_line(self):
         here, lightmill = self.root / "here.exr", BUILD / "bin" / "lightmill"
@@ -79,6 +83,29 @@ class Quickstart(unittest.TestCase):
         self.assertEqual(code, 0, said)
         self.assertIn("is in use. The farm listens on free ports instead.", said)
         self.assertEqual(processes_of(self.root), [])
+
+    def test_the_build_folder_of_another_clone_is_configured_again(self):
+        cache = self.root / "build" / "release" / "CMakeCache.txt"
+        cache.write_text(cache.read_text().replace(f"HOME_DIRECTORY:INTERNAL={self.root}\n", "HOME_DIRECTORY:INTERNAL=/nowhere\n"))
+        code, said = self.quickstart("--once")
+        self.assertEqual(code, 0, said)
+        self.assertIn(f"HOME_DIRECTORY:INTERNAL={self.root}\n", cache.read_text())
+
+    def test_a_farm_of_older_programs_is_restarted_and_stays(self):
+        run, server = self.root / ".lightmill" / "quickstart", self.root / "build" / "release" / "bin" / "lightmill-server"
+        self.addCleanup(self.quickstart, "--stop")
+        old = subprocess.Popen([server, "--data", self.root / ".lightmill", "--listen", "127.0.0.1:0", "--port-file", run / "port",
+                                "--http", "127.0.0.1:0", "--http-port-file", run / "http"], stderr=subprocess.DEVNULL)
+        self.addCleanup(old.kill)
+        (run / "server.pid").write_text(str(old.pid))
+        new = shutil.copy2(server, f"{server}.new")
+        os.replace(new, server)
+        code, said = self.quickstart("--once")
+        self.assertEqual(code, 0, said)
+        self.assertIn("It is restarted", said)
+        self.assertIn("The farm keeps running", said)
+        self.assertEqual(old.wait(), 0)
+        self.assertEqual(len(processes_of(self.root)), 2)
 
 
 if __name__ == "__main__":

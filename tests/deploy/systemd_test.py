@@ -16,7 +16,8 @@ import tempfile
 import unittest
 
 import help_text
-from patience import wait_until
+from patience import PATIENCE_S, wait_until
+from processes import BackgroundProgram
 
 BUILD = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
@@ -98,7 +99,7 @@ def confine(steps):
 
 def start_confined(program, arguments, log):
     steps = filter_program(allowed_calls(program))
-    return subprocess.Popen([BIN / program, *arguments], stdout=log, stderr=log, preexec_fn=lambda: confine(steps))
+    return BackgroundProgram([BIN / program, *arguments], log, preexec_fn=lambda: confine(steps))
 
 
 def words_of(path, variable):
@@ -119,10 +120,11 @@ class Units(unittest.TestCase):
         names = {"lightmill-server": ["lightmill-server"], "lightmill-worker": ["lightmill-worker", "lightmill-worker@"]}
         for program, units in names.items():
             text = (UNITS / f"{program}.service").read_text()
-            self.assertIn(f"ExecStart=/usr/bin/{program} ", text)
+            start = f"ExecStart=/usr/bin/{program} "
+            self.assertIn(start, text)
             for unit in units:
                 path = self.place / f"{unit}.service"
-                path.write_text(text.replace("/usr/bin/", f"{BIN}/"))
+                path.write_text(text.replace(start, f'ExecStart="{BIN}/{program}" '))
                 yield path
 
     def test_systemd_finds_nothing_wrong(self):
@@ -138,29 +140,27 @@ class Units(unittest.TestCase):
 
     def test_a_farm_renders_within_the_limits_of_its_units(self):
         port_file, picture, log_path = (self.place / name for name in ("port", "picture.png", "log"))
-        with open(log_path, "wb") as log:
-            server = start_confined("lightmill-server", ["--data", self.place / "data", "--listen", "127.0.0.1:0", "--port-file",
-                                                         port_file, "--http", "127.0.0.1:0"], log)
-            programs = [server]
-            try:
-                wait_until("the coordinator writes its port", lambda: server.poll() is not None or
-                           port_file.exists() and port_file.read_text())
-                self.assertTrue(port_file.exists(), log_path.read_text())
-                farm = f"127.0.0.1:{port_file.read_text().strip()}"
-                programs.append(start_confined("lightmill-worker", ["--server", farm, "--threads", "2"], log))
-                # Includes textures, which other libraries decode.
-                for scene in ("cornell-bench-blocks", "course-default"):
-                    run = subprocess.run([BIN / "lightmill", "render", SOURCE / "scenes" / f"{scene}.json", "--server", farm, "--spp",
-                                          "2", "--size", "64x64", "-o", picture], capture_output=True, text=True, check=False, timeout=60)
-                    self.assertEqual(run.returncode, 0, run.stderr + log_path.read_text())
-                for program in reversed(programs):
-                    program.terminate()
-                    self.assertEqual(program.wait(timeout=30), 0, log_path.read_text())
-            finally:
-                for program in programs:
-                    if program.poll() is None:
-                        program.kill()
-                        program.wait()
+        server = start_confined("lightmill-server", ["--data", self.place / "data", "--listen", "127.0.0.1:0", "--port-file", port_file,
+                                                     "--http", "127.0.0.1:0"], log_path)
+        programs = [server]
+        try:
+            wait_until("the coordinator writes its port", lambda: server.poll() is not None or
+                       port_file.exists() and port_file.read_text())
+            self.assertTrue(port_file.exists(), log_path.read_text())
+            farm = f"127.0.0.1:{port_file.read_text().strip()}"
+            programs.append(start_confined("lightmill-worker", ["--server", farm, "--threads", "2"], log_path))
+            # Includes textures, which other libraries decode.
+            for scene in ("cornell-bench-blocks", "course-default"):
+                run = subprocess.run([BIN / "lightmill", "render", SOURCE / "scenes" / f"{scene}.json", "--server", farm, "--spp", "2",
+                                      "--size", "64x64", "-o", picture], capture_output=True, text=True, check=False,
+                                     timeout=PATIENCE_S)
+                self.assertEqual(run.returncode, 0, run.stderr + log_path.read_text())
+            while programs:
+                programs.pop().end()
+        finally:
+            for program in programs:
+                program.kill()
+                program.wait()
 
     def test_the_filter_refuses_forbidden_calls(self):
         steps = filter_program(allowed_calls("lightmill-worker"))

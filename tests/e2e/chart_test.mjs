@@ -10,6 +10,8 @@ const [programs, ...options] = process.argv.slice(2);
 const pictures = options[0] === '--pictures' ? options[1] : undefined;
 const session = new Session(programs);
 const kLongName = 'a name without an end '.repeat(9).trim().replaceAll(' ', '_');
+/** Messages that a page may get after it has said that it is hidden (ViewRequest.seen). */
+const kOnTheirWay = 2;
 let page;
 let first;
 let second;
@@ -121,12 +123,7 @@ test('a hidden page receives nothing, and catches up when it is visible', async 
   const before = frames.count;
   await eventually('a running job sends', () => frames.count > before + 2);
   await opened.evaluate(() => window.setHidden(true));
-  let since;
-  await eventually('what was on its way is there', async () => {
-    since = frames.count;
-    await opened.waitForTimeout(1_000);
-    return frames.count === since;
-  });
+  const most = frames.count + kOnTheirWay;
   const fourth = session.farm.submit('cornell-bench-blocks', '--spp', '1', '--size', '64x64', '--name', 'meanwhile');
   await seen.goto(`${session.farm.page}#/jobs`);
   await seen.getByRole('link', {name: 'meanwhile'}).waitFor();
@@ -134,9 +131,9 @@ test('a hidden page receives nothing, and catches up when it is visible', async 
   await seen.waitForSelector('canvas[data-drawn]');
   const shown = framesSeen.count;
   await eventually('a page that is seen is sent the picture', () => framesSeen.count > shown + 10);
-  assert.equal(frames.count, since);
+  assert.ok(frames.count <= most, `${frames.count} frames, at most ${most}`);
   await opened.evaluate(() => window.setHidden(false));
-  await eventually('it is sent what it missed', () => frames.count > since);
+  await eventually('it is sent what it missed', () => frames.count > most);
   await opened.goto(`${session.farm.page}#/jobs/${fourth}`);
   await opened.getByRole('heading', {name: 'meanwhile'}).waitFor();
   session.farm.lightmill('cancel', running);

@@ -236,6 +236,7 @@ test('the panels fit a phone and pass axe', async () => {
     await opened.getByRole('button', {name: 'Submit the clone'}).waitFor();
     const check = async (what) => {
       if (pictures) {
+        await opened.waitForTimeout(300);
         await opened.screenshot({path: join(pictures, `${what}-${viewport ? 'phone' : 'desktop'}-${colorScheme}.png`), fullPage: true});
       }
       await assertFits(opened, what);
@@ -247,7 +248,6 @@ test('the panels fit a phone and pass axe', async () => {
     await opened.locator('.slot-group summary', {hasText: 'lamp'}).click();
     await opened.getByText('Settings', {exact: true}).click();
     await eventually('its live picture', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
-    await opened.waitForTimeout(300);
     await check('edit');
     await opened.getByRole('region', {name: 'Edit & render again'}).getByRole('button', {name: 'Close'}).click();
     await eventually('no look is left', async () => (await looks()).length === 0);

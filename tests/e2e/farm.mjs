@@ -1,6 +1,6 @@
 // A farm of real processes for browser tests: a coordinator with its page, a worker, and the command line.
 import {execFileSync, spawn} from 'node:child_process';
-import {existsSync, mkdtempSync, openSync, rmSync} from 'node:fs';
+import {closeSync, existsSync, mkdtempSync, openSync, readFileSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {fileURLToPath} from 'node:url';
@@ -22,6 +22,49 @@ export async function eventually(what, condition, limitMs = kPatienceMs) {
       throw new Error(`does not happen: ${what}`);
     }
     await new Promise((resolve) => setTimeout(resolve, pauseMs));
+  }
+}
+
+const kFaults = [
+  ...['WARNING: ThreadSanitizer', 'ERROR: AddressSanitizer', 'ERROR: LeakSanitizer'],
+  ...[': runtime error: ', ': check failed: ', 'terminate called'],
+];
+
+/** A program in the background. Its output goes to the file `log`. */
+export class BackgroundProgram {
+  constructor(program, options, log) {
+    this.program = program;
+    this.log = log;
+    const file = openSync(log, 'a');
+    const child = spawn(program, options, {stdio: ['ignore', file, file]});
+    closeSync(file);
+    this.child = child;
+    this.ended = new Promise((resolve) => child.on('exit', (code, signal) => resolve({code, signal})));
+  }
+
+  /** Throws if it has crashed: another signal ended it, its exit code is not 0, or its log reports a fault. */
+  async end(signal) {
+    this.child.kill(signal);
+    const last = await this.ended;
+    const said = readFileSync(this.log, 'utf8');
+    const fault = kFaults.find((each) => said.includes(each));
+    if (fault !== undefined) {
+      throw new Error(`${this.program} reports a fault: ${said.slice(said.indexOf(fault)).slice(0, 4000)}`);
+    }
+    if (last.signal === null ? last.code !== 0 : last.signal !== signal) {
+      throw new Error(`${this.program} ended with ${last.signal ?? last.code}:\n${said.slice(-4000)}`);
+    }
+  }
+}
+
+/** Ends all programs, the last first. Throws if one has crashed. */
+export async function endAll(programs, signal) {
+  const crashes = [];
+  for (const program of [...programs].reverse()) {
+    await program.end(signal).catch((crash) => crashes.push(crash.message));
+  }
+  if (crashes.length > 0) {
+    throw new Error(crashes.join('\n'));
   }
 }
 
@@ -74,16 +117,14 @@ export class Farm {
   }
 
   start(program, options, name = program) {
-    const log = openSync(join(this.folder, `${name}.log`), 'a');
-    const child = spawn(join(this.programs, `lightmill-${program}`), options, {stdio: ['ignore', log, log]});
-    this.running.set(name, {child, ended: new Promise((resolve) => child.on('exit', resolve))});
+    const log = join(this.folder, `${name}.log`);
+    this.running.set(name, new BackgroundProgram(join(this.programs, `lightmill-${program}`), options, log));
   }
 
   async stop(name, signal = 'SIGTERM') {
-    const {child, ended} = this.running.get(name);
-    child.kill(signal);
-    await ended;
+    const program = this.running.get(name);
     this.running.delete(name);
+    await program.end(signal);
   }
 
   get address() {
@@ -104,11 +145,13 @@ export class Farm {
     return this.lightmill('submit', join(kSource, 'scenes', `${scene}.json`), ...options).trim();
   }
 
+  /** Throws if one of its programs has crashed. */
   async close() {
-    for (const name of [...this.running.keys()].reverse()) {
-      await this.stop(name, 'SIGKILL');
+    try {
+      await endAll(this.running.values(), 'SIGKILL');
+    } finally {
+      this.ports.release();
+      rmSync(this.folder, {recursive: true, force: true});
     }
-    this.ports.release();
-    rmSync(this.folder, {recursive: true, force: true});
   }
 }

@@ -79,13 +79,22 @@ for name in "$@"; do
 done
 
 deploy/setup --tests
+mkdir -p build
+exec 9>>build/test.lock
+if ! flock -w 1 9; then
+  echo "$0: a build or test of this checkout is running, in the same build folder. Start again when it has ended." >&2
+  exit 1
+fi
+echo $$ >build/test.lock
+compilers=$(python3 -B tests/runner/compilers.py)
 cmake --preset fuzz >/dev/null
-cmake --build --preset fuzz
+ninja -j "$compilers" -C build/fuzz fuzzers
 if [ "${limit#-runs}" != "$limit" ]; then
   cmake --preset release >/dev/null
   # shellcheck disable=SC2046,SC2086  # one word per program
-  cmake --build build/release --target $(printf '%s_fuzz_tests ' $seeded)
+  ninja -j "$compilers" -C build/release $(printf 'tests/%s_fuzz_tests ' $seeded)
 fi
+exec 9>&- # tests may run from here on
 if [ $# -eq 0 ]; then
   for program in build/fuzz/bin/*_fuzzer; do
     name=${program##*/}

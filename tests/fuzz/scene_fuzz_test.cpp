@@ -10,7 +10,7 @@
 #include "common/wire/scene_json.h"
 #include "tests/fuzz/fuzz_loop.h"
 #include "tests/fuzz/scene_target.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill {
 namespace {
@@ -121,7 +121,7 @@ TEST(SceneFuzz, DamagedGltfScenesAreReadOrRefused) {
                                                     "4294967296",
                                                     "null"};
   std::vector<std::string> originals;
-  for (const char* name : {"all.gltf", "all.glb", "posed.gltf", "compressed.gltf"}) {
+  for (const char* name : {"all.gltf", "all.glb", "posed.gltf", "compressed.gltf", "draco.gltf"}) {
     originals.push_back(read_file(test::source_file(std::string("tests/fuzz/seeds/gltf/") + name)).value());
     EXPECT_TRUE(fuzz::try_gltf(originals.back())) << name;
   }

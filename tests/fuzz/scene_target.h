@@ -55,10 +55,30 @@ inline bool check_fuzzed_scene(const Result<LoadedScene>& loaded) {
   return true;
 }
 
+/// Arrays of the requested sizes with numbers of all kinds, for compressed meshes.
+inline Result<DecodedMesh> decode_fuzzed_mesh(ByteView bytes, const MeshRequest& request) {
+  LM_RETURN_IF_ERROR(check_request(request));
+  if (bytes.empty() || request.vertices == 0 || size_bytes(request) > 1'000'000) {
+    return resource_exhausted("too large");
+  }
+  DecodedMesh mesh;
+  for (std::uint64_t i = 0; i < 3 * request.triangles; ++i) {
+    mesh.corners.push_back(static_cast<std::uint32_t>((i + i / 3) % request.vertices));
+  }
+  for (const CompressedAttribute& attribute : request.attributes) {
+    std::string& numbers =
+        mesh.attributes.emplace_back(request.vertices * attribute.components * component_bytes(attribute.type), '\0');
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      numbers[i] = static_cast<char>(bytes[i % bytes.size()]);
+    }
+  }
+  return mesh;
+}
+
 /// Files that the scene names have a few zeros. With animations, it is read at a moment of the first one.
 inline bool try_gltf(std::string_view text) {
   static const google::protobuf::LogSilencer quiet;
-  GltfOptions options;
+  GltfOptions options{.decode_mesh = decode_fuzzed_mesh};
   if (text.find("\"animations\"") != text.npos) {
     options.moment = AnimationMoment{"", 0.5};
   }

@@ -134,7 +134,7 @@ class StoredFuzz : public test::CoordinatorTest {
   void make_jobs() {
     const SessionId worker = connect("w", 2);
     JobSpec verified = small("done", 4);
-    verified.verify_share = 1;
+    verified.audit_share = 1;
     submit(verified);
     JobSpec layered = small("layers", 4);
     layered.settings.layers = film_layers(std::vector<std::string>{"normal"}).value();

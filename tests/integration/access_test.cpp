@@ -6,7 +6,7 @@
 
 #include "common/wire/bytes.h"
 #include "tests/integration/secure_farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -366,7 +366,7 @@ TEST(Access, WorkersAuditEachOtherIfTheyHaveTwoCertificates) {
     Picture picture;
     picture.samples = 4;
     JobSpec spec = job_of(picture, "audited");
-    spec.verify_share = 1;
+    spec.audit_share = 1;
     v1::SubmitJobRequest request;
     to_wire(spec, &request);
     v1::Job job;

@@ -7,7 +7,7 @@
 #include "common/wire/farm_messages.h"
 #include "tests/integration/secure_farm.h"
 #include "tests/support/movable_clock.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

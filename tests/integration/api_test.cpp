@@ -6,7 +6,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -101,7 +101,7 @@ TEST(Api, AnUploadWithOtherBytesIsRefused) {
   EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
-TEST(Api, TheSameRequestTwiceIsOneJobAlsoAfterARestart) {
+TEST(Api, ARepeatedRequestIsOneJobEvenAfterARestart) {
   Farm farm;
   FarmClient client = farm.client();
   const std::uint64_t id = client.submit(small_picture(), "same").id();

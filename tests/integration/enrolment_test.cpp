@@ -4,7 +4,7 @@
 
 #include "common/base/address.h"
 #include "tests/integration/secure_farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -173,7 +173,7 @@ TEST_F(Enrolment, EachWorkerOfAMachineHasAnIdentityUpToTheUses) {
   EXPECT_TRUE(come_to_be({first_, second_, first_ + "-3"})) << "with another file" << secure_.farm().log("three");
 }
 
-TEST_F(Enrolment, AWorkerWhoseTokenIsRevokedEnrolsAgainWhileItMay) {
+TEST_F(Enrolment, AWorkerWhoseTokenIsRevokedEnrolsAgainWhileUsesAreLeft) {
   const std::string by = enrolment_token(2);
   const auto process = worker(secure_.write("enrol", by));
   ASSERT_TRUE(come_to_be({first_})) << secure_.farm().log("worker");
@@ -226,7 +226,7 @@ TEST_F(Enrolment, AWorkerThatCannotEnrolSaysWhatToDo) {
   fails(secure_.path("none"), {}, 1,
         fmt::format("this worker has no token in {} yet: --enrol-file {}", state("1"), secure_.path("none")));
   const std::string file = secure_.write("enrol", enrolment_token(1));
-  fails(file, {"--token-file", file}, 2, "--enrol-file is given, and a token (--token-file or LIGHTMILL_TOKEN)");
+  fails(file, {"--token-file", file}, 2, "--enrol-file and a token (--token-file or LIGHTMILL_TOKEN) are both given");
   fails(file, {}, 1, "cannot create the state folder " + file + "/1", "enrol");
   std::filesystem::permissions(file, std::filesystem::perms::all);
   fails(file, {}, 1, "chmod 600");

@@ -5,7 +5,7 @@
 #include "common/base/file.h"
 #include "tests/integration/health.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/postgres_server.h"
 #include "tests/support/reserved_port.h"
 

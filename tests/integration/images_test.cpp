@@ -12,7 +12,7 @@
 #include "common/wire/scene_proto.h"
 #include "tests/support/farm.h"
 #include "tests/support/image_files.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -126,7 +126,7 @@ class Images : public ::testing::Test {
     farm_.client().upload_assets(assets);
     request.add_scene("a.json");
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+    context.set_deadline(std::chrono::system_clock::now() + kPatience);
     v1::InspectSceneResponse response;
     return farm_.client().stub().InspectScene(&context, request, &response);
   }

@@ -3,12 +3,16 @@
 
 #include <signal.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "common/base/file.h"
+#include "common/base/sanitizers.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -170,6 +174,75 @@ TEST(Inspect, ReportsAMissingWorkerAndReplacesALostOne) {
   caller.join();
   EXPECT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(dropped.found.packed(), pack_scene(bench_box().scene));
+}
+
+// A file within the limit of bytes takes 20 times as much memory. The worker may use 1 GB, so its reader has 0.3 GB.
+TEST(Inspect, AFileThatNeedsTooMuchMemoryLeavesTheWorkerAlone) {
+  if (kSanitized) {
+    GTEST_SKIP() << "sanitizers need more memory than any limit allows";
+  }
+  Farm farm;
+  BackgroundProcess& worker = farm.add_worker(1, "w1", Launch{"", {"/usr/bin/prlimit", "--data=1000000000"}, {}});
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(Picture{.samples = 1 << 20}, "long").id();
+  client.wait_for_samples(job, 128 * 128);
+  std::string values = R"({"asset": {"version": "2.0"}, "extras": [{})";
+  while (values.size() < (40u << 20)) {
+    values += ",{}";
+  }
+  Dropped hostile(farm.client());
+  hostile.add("a.gltf", values + "]}");
+  hostile.request.add_scene("a.gltf");
+  const grpc::Status status = hostile.inspect();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+  EXPECT_NE(status.error_message().find("reading the scene takes more than "), std::string::npos)
+      << status.error_message();
+  const std::uint64_t before = client.job(job).samples_done();
+  EXPECT_TRUE(eventually([&] { return client.job(job).samples_done() > before; }));
+  Dropped dropped(farm.client());
+  drop_box(dropped);
+  EXPECT_TRUE(dropped.inspect().ok());
+  EXPECT_FALSE(farm.missed("w1")) << farm.server_log();
+  ASSERT_EQ(::kill(worker.pid(), SIGTERM), 0);
+  EXPECT_EQ(worker.wait(kPatience), 0) << "it drains";
+}
+
+/// The process of this worker that reads a scene; 0 if there is none.
+pid_t reader_of(pid_t worker) {
+  for (const auto& thread : std::filesystem::directory_iterator(fmt::format("/proc/{}/task", worker))) {
+    std::ifstream children(thread.path() / "children");
+    for (pid_t child = 0; children >> child;) {
+      if (read_file(fmt::format("/proc/{}/cmdline", child)).value_or("").find("--scene-reader") != std::string::npos) {
+        return child;
+      }
+    }
+  }
+  return 0;
+}
+
+TEST(Inspect, AWorkerDrainsWhileItsReaderHangs) {
+  Farm farm;
+  BackgroundProcess& worker = farm.add_worker(1, "w1");
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
+  std::string corners;
+  while (corners.size() < (60u << 20)) {
+    corners += "v 0.125 0.25 0.375 0.5 0.5 0.5\n";
+  }
+  Dropped slow(farm.client());
+  slow.add("a.obj", corners);
+  slow.request.add_scene("a.obj");
+  grpc::Status status;
+  std::thread caller([&] { status = slow.inspect(); });
+  pid_t reader = 0;
+  EXPECT_TRUE(eventually([&] { return (reader = reader_of(worker.pid())) != 0; }));
+  EXPECT_EQ(::kill(reader, SIGSTOP), 0);
+  EXPECT_EQ(::kill(worker.pid(), SIGTERM), 0);
+  EXPECT_EQ(worker.wait(kPatience), 0) << farm.worker_log("w1");
+  EXPECT_NE(::kill(reader, 0), 0) << "the reader is gone";
+  farm.add_worker(1, "w2");
+  caller.join();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
 }
 
 TEST(Inspect, WorksWhileTheWorkerRenders) {

@@ -22,17 +22,17 @@ bool says(const grpc::Status& status, const std::string& part) {
   return status.error_message().find(part) != std::string::npos;
 }
 
-TEST(Limits, RequestsASecondAreLimited) {
+TEST(Limits, RequestsPerSecondAreLimited) {
   Farm farm({"--caller-requests", "2"});
   FarmClient client = farm.client();
   int taken = 0;
   grpc::Status refused;
   const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < 100; ++i) {
-    const grpc::Status status = list(client.stub());
-    taken += status.ok() ? 1 : 0;
-    refused = status.ok() ? refused : status;
-  }
+  EXPECT_TRUE(eventually([&] {
+    refused = list(client.stub());
+    taken += refused.ok() ? 1 : 0;
+    return !refused.ok();
+  }));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   EXPECT_GE(taken, 15);
   EXPECT_LE(taken, 21 + 2 * seconds) << "on a machine of any speed";

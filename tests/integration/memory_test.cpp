@@ -1,10 +1,15 @@
-// Workers without enough memory or threads. They report it, and do the work they can.
+// Workers without enough memory or threads: they report it, and do the work they can. Messages that would take a
+// coordinator's memory.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "tests/integration/health.h"
 #include "tests/support/farm.h"
 #include "tests/support/memory_group.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/recovery.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
 namespace {
@@ -85,6 +90,54 @@ TEST(OutOfThreads, AWorkerThatCannotHaveItsThreadsSaysSoAndEnds) {
   EXPECT_TRUE(says(result.err, " of the 516 threads that this worker needs can start")) << result.err;
   EXPECT_TRUE(says(result.err, "--threads")) << result.err;
   EXPECT_FALSE(says(result.err, "AVX2")) << result.err;
+}
+
+std::uint64_t peak_bytes(const BackgroundProcess& process) {
+  std::ifstream file(fmt::format("/proc/{}/status", process.pid()));
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("VmHWM:")) {
+      return std::stoull(line.substr(6)) << 10;
+    }
+  }
+  ADD_FAILURE() << "no peak of process " << process.pid();
+  return 0;
+}
+
+/// The status of a call with this many compressed zeros.
+grpc::StatusCode send_compressed(const std::string& address, const std::string& method, std::size_t bytes) {
+  grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
+  const grpc::Slice zeros(std::string(bytes, '\0'));
+  const grpc::ByteBuffer request(&zeros, 1);
+  grpc::CompletionQueue queue;
+  const auto call = stub.PrepareUnaryCall(&context, method, request, &queue);
+  call->StartCall();
+  grpc::ByteBuffer reply;
+  grpc::Status status;
+  call->Finish(&reply, &status, nullptr);
+  void* tag = nullptr;
+  bool ok = false;
+  queue.Next(&tag, &ok);
+  return status.error_code();
+}
+
+TEST(OutOfMemory, CompressedMessagesAreNotDecompressed) {
+  constexpr std::size_t kBytes = std::size_t{256} << 20;  // 260 kB, compressed
+  const TemporaryFolder folder;
+  const std::string port_file = (folder.path() / "port").string();
+  Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
+  const std::string health_port = health_address(port_file);
+  EXPECT_EQ(health(health_port), "SERVING");
+  const std::uint64_t before = peak_bytes(farm.server());
+  for (const std::string& address : {farm.address(), health_port}) {
+    for (const char* method : {"/grpc.health.v1.Health/Check", "/lightmill.v1.RenderService/GetJob", "/a/b"}) {
+      EXPECT_NE(send_compressed(address, method, kBytes), grpc::StatusCode::OK) << address << method;
+    }
+  }
+  EXPECT_LT(peak_bytes(farm.server()), before + kBytes / 4);
+  EXPECT_EQ(health(health_port), "SERVING");
 }
 
 }  // namespace

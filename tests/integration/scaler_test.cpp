@@ -5,7 +5,7 @@
 #include "externalscaler/externalscaler.grpc.pb.h"
 #include "tests/integration/health.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -124,7 +124,7 @@ TEST(Scaler, AListenerLearnsOfTheFirstJobAndOfTheEndOfTheLast) {
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNAVAILABLE) << "listen again, wherever it is next";
 }
 
-TEST(Health, ItsPortAnswersNothingElse) {
+TEST(Health, TheHealthPortAnswersNothingElse) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});

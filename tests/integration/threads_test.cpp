@@ -147,7 +147,7 @@ void pause_and_resume(Farm& farm, std::uint64_t job) {
 }
 
 // A process ends with code 66 if ThreadSanitizer found a fault. Farm checks the logs.
-TEST(Threads, WorkAtOnceAndEndCleanly) {
+TEST(Threads, WorkInParallelAndEndCleanly) {
   const TemporaryFolder pages;
   const std::string port_file = (pages.path() / "port").string();
   ASSERT_TRUE(write_file_atomically(pages.path() / "index.html", as_byte_view("<p>the page</p>")).ok());

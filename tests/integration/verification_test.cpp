@@ -4,7 +4,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "worker/render/worker_class.h"
 
 namespace lightmill::test {
@@ -35,7 +35,7 @@ v1::Job submit_verified(Farm& farm, const Picture& picture, double share, bool a
   FarmClient client = farm.client();
   client.upload_assets(shipped_scene(picture.scene));
   JobSpec spec = job_of(picture, allow_mixed ? "mixed" : "verified");
-  spec.verify_share = share;
+  spec.audit_share = share;
   spec.allow_mixed = allow_mixed;
   v1::SubmitJobRequest request;
   to_wire(spec, &request);

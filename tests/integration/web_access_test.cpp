@@ -7,7 +7,7 @@
 #include "lightmill/v1/web.pb.h"
 #include "tests/integration/secure_web.h"
 #include "tests/support/movable_clock.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "tests/integration/live_page.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

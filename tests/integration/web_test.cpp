@@ -5,7 +5,7 @@
 
 #include "common/wire/bytes.h"
 #include "tests/integration/web_farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -14,7 +14,9 @@ import sys
 COMMON_ORDER = ["base", "command_line", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene",
                 "methods", "planner", "farm", "wire", "scene_io"]
 SERVER_ORDER = ["access", "scheduling", "domain", "store", "assembly", "listen", "runtime", "operations", "api", "web"]
-SIBLINGS = [{"api", "web"}]  # these do not include each other
+METHODS_ORDER = ["spec", "tracer", "path", "photons", "raycast", "whitted", "preview", "ao", "caustic", "ppm", "vcm"]
+LAYERS = {"common": COMMON_ORDER, "server": SERVER_ORDER, "common/methods": METHODS_ORDER}
+SIBLINGS = [{"api", "web"}, {"preview", "ao", "caustic", "ppm", "vcm"}]  # these do not include each other
 PROGRAMS = ["decoder", "server", "worker", "client"]
 SOURCE_SUFFIXES = {".h", ".cpp"}
 
@@ -23,12 +25,13 @@ DOORS = [
     ("gRPC", r"(grpc|grpcpp|grpc\+\+)/|\.grpc\.pb\.h$", ["server/api", "worker/rpc", "client/cli"]),
     ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "server/operations", "server/store", "server/web", "worker/rpc",
                                                                      "client/cli"]),
-    ("Boost", r"^boost/", ["server/web"]),
+    ("Boost", r"^boost/", ["server/api", "server/web"]),
     ("OpenSSL", r"^openssl/", ["common/base", "common/security"]),
     ("SQL", r"^(sqlite3\.h|libpq-fe\.h|pqxx/)", ["server/store"]),
     ("Embree", r"^embree", ["common/scene/accel"]),
     ("an image library", r"^(Imf|OpenEXR/|Iex|Imath|spng\.h|png\.h)", ["common/image"]),
     ("OpenImageIO", r"^OpenImageIO/", ["common/image/read", "decoder"]),
+    ("Draco", r"^draco/", ["decoder"]),
     ("seccomp", r"^(seccomp\.h|linux/seccomp\.h)", ["decoder"]),
 ]
 
@@ -51,9 +54,9 @@ TEXT_SUFFIXES = SOURCE_SUFFIXES | {".txt", ".cmake", ".md", ".json", ".proto", "
 
 # Libraries that a program must not link, directly or not.
 FORBIDDEN_LINKS = {
-    "lightmill-server": r"libembree|libOpenImageIO",
-    "lightmill-worker": r"libOpenImageIO|libsqlite3|libpq",
-    "lightmill": r"libembree|libOpenImageIO|libsqlite3|libpq",
+    "lightmill-server": r"libembree|libOpenImageIO|libdraco",
+    "lightmill-worker": r"libOpenImageIO|libdraco|libsqlite3|libpq",
+    "lightmill": r"libembree|libOpenImageIO|libdraco|libsqlite3|libpq",
 }
 
 PROTO_RECORD = "tests/lint/proto_fields.txt"
@@ -94,20 +97,22 @@ def folder_within(path, folders):
     return any(path.startswith(folder + "/") for folder in folders)
 
 
+def check_layer(path, layered, order, own, other, include, line, report):
+    if own not in order or other not in order:
+        report.add(path, line, f"unknown folder in {layered}: {own} includes {include}")
+    elif order.index(other) > order.index(own) or any({own, other} <= group and own != other for group in SIBLINGS):
+        report.add(path, line, f"{layered}/{own} must not include {include}: {other} does not stand above it")
+
+
 def check_layers(path, include, line, report):
-    """Rule 1: a folder of common or server includes only folders above it, and programs do not include each other."""
-    top = path.split("/")[0]
-    target = include.split("/")
-    if top in PROGRAMS + ["common"] and target[0] in PROGRAMS and target[0] != top:
+    """Rule 1: a folder of a layered one includes only folders above it, and programs do not include each other."""
+    top, target = path.split("/")[0], include.split("/")[0]
+    if top in PROGRAMS + ["common"] and target in PROGRAMS and target != top:
         report.add(path, line, f"{top} must not include {include}")
-    order = {"common": COMMON_ORDER, "server": SERVER_ORDER}.get(top)
-    if order is None or target[0] != top or path.count("/") < 2 or len(target) < 3:
-        return
-    own = path.split("/")[1]
-    if own not in order or target[1] not in order:
-        report.add(path, line, f"unknown folder in {top}: {own} includes {include}")
-    elif order.index(target[1]) > order.index(own) or {own, target[1]} in SIBLINGS:
-        report.add(path, line, f"{top}/{own} must not include {include}: {target[1]} does not stand above it")
+    for layered, order in LAYERS.items():
+        inside = re.compile(rf"{layered}/([^/]+)/")
+        if (own := inside.match(path)) and (other := inside.match(include)):
+            check_layer(path, layered, order, own.group(1), other.group(1), include, line, report)
 
 
 def check_doors(path, include, line, report):

@@ -59,6 +59,11 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
         self.assert_finds("server/api/x.h", '#include "server/web/x.h"\n', "server/api must not include")
         self.assert_finds("server/misc/x.h", '#include "server/domain/x.h"\n', "unknown folder in server")
 
+    def test_a_method_that_includes_another(self):
+        self.assert_finds("common/methods/photons/x.h", '#include "common/methods/vcm/x.h"\n', "common/methods/photons must not include")
+        self.assert_finds("common/methods/vcm/x.h", '#include "common/methods/ppm/x.h"\n', "common/methods/vcm must not include")
+        self.assert_finds("common/methods/misc/x.h", '#include "common/methods/path/x.h"\n', "unknown folder in common/methods")
+
     def test_programs_that_include_each_other(self):
         self.assert_finds("client/cli/x.h", '#include "server/domain/x.h"\n', "client must not include")
         self.assert_finds("common/film/y.h", '#include "worker/session/x.h"\n', "common must not include")

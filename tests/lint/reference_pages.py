@@ -16,10 +16,12 @@ import re
 import subprocess
 import sys
 import tempfile
-import time
 import urllib.request
 
-PATIENCE_S = 60
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "deploy"))
+from patience import PATIENCE_S, wait_until
+from processes import BackgroundProgram
+
 PAGES = {"command-line.md": "commands", "metrics.md": "metrics", "http-api.md": "calls"}
 DESCRIBE = pathlib.Path(__file__).resolve().parents[2] / "deploy/describe"
 PROGRAMS = ["lightmill", "lightmill-server", "lightmill-worker"]
@@ -47,17 +49,14 @@ def metrics_text(programs):
     """/metrics of a new coordinator."""
     with tempfile.TemporaryDirectory(prefix="lightmill-reference-") as folder:
         port = pathlib.Path(folder) / "port"
-        coordinator = subprocess.Popen([programs / "lightmill-server", "--data", f"{folder}/data", "--listen", "127.0.0.1:0", "--http",
-                                        "127.0.0.1:0", "--http-port-file", port, "--log-level", "error"])
+        coordinator = BackgroundProgram([programs / "lightmill-server", "--data", f"{folder}/data", "--listen", "127.0.0.1:0", "--http",
+                                         "127.0.0.1:0", "--http-port-file", port, "--log-level", "error"], f"{folder}/log")
         try:
-            end = time.monotonic() + PATIENCE_S
-            while not (port.exists() and port.read_text().strip()) and coordinator.poll() is None and time.monotonic() < end:
-                time.sleep(0.01)
+            wait_until("the page is served", lambda: coordinator.poll() is not None or port.exists() and port.read_text().strip())
             with urllib.request.urlopen(f"http://127.0.0.1:{port.read_text().strip()}/metrics", timeout=PATIENCE_S) as answer:
                 return answer.read().decode()
         finally:
-            coordinator.terminate()
-            coordinator.wait()
+            coordinator.end()
 
 
 def metrics(_root, programs):

@@ -9,7 +9,7 @@ import pieces
 import repeat
 from coverage import run_coverage
 from named import run_named
-from process import BUILD, INTERRUPTS, Failed
+from process import BUILD, INTERRUPTS, Failed, install_packages
 from session import go_to_background, lock_holder, only_one, temporary_folder
 from state import State, sources_id
 
@@ -21,7 +21,8 @@ OF_TESTS = ("LIGHTMILL_DAMAGE_ROUNDS", "LIGHTMILL_FUZZ_CASES", "LIGHTMILL_SHOW",
 
 def parse():
     parser = argparse.ArgumentParser(prog="./test.sh", description="Builds Lightmill and runs its tests.", allow_abbrev=False)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match, or a piece of --list")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match, or a piece of --list; "
+                                                               "asan, ubsan or tsan before them names a build with that sanitizer")
     parser.add_argument("--all", action="store_true", help="everything, in pieces; continues where it stopped")
     parser.add_argument("--repeat", type=int, metavar="N", help="the default suite N times; continues where it stopped")
     parser.add_argument("--busy", type=int, default=0, metavar="M", help="with --repeat: the last M beside a busy loop on each core")
@@ -51,7 +52,7 @@ def parse():
 
 def show_status():
     holder = lock_holder()
-    print(f"process {holder} is running" if holder else "no run is active")
+    print(f"{holder} is running" if holder else "no run is active")
     pieces.show_states(State(pieces.STATE))
     repeat.show_runs(State(repeat.STATE))
 
@@ -82,19 +83,21 @@ def main():
         if options.status:
             show_status()
             return True
+        install_packages("--tests")
         with only_one() as note:
             if options.list:
                 pieces.show_pieces()
                 return True
             if options.background:
                 sources_id()  # fails here, rather than in the background
-                if not go_to_background(BUILD / ("all" if options.all else "repeat") / "log"):
-                    return True
+                go_to_background(BUILD / ("all" if options.all else "repeat") / "log")
                 note()
             with temporary_folder():
                 return run(options)
     except Failed:
         return False
+    except OSError as error:  # such as a full disk
+        sys.exit(f"./test.sh: {error}")
     except KeyboardInterrupt:
         print("\ninterrupted")
         sys.exit(130)

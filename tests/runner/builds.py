@@ -26,11 +26,11 @@ class Run:
 
 
 def configure(preset):
-    """Updates the build folder from its CMake files and CMakePresets.json."""
+    """Updates the build folder from its CMake files and CMakePresets.json. A copy of a checkout's build folder starts again."""
     folder = BUILD / preset
-    used, presets = folder / "used_presets.json", (ROOT / "CMakePresets.json").read_text()
+    used, now = folder / "used_presets", f"{ROOT}\n{(ROOT / 'CMakePresets.json').read_text()}"
     command = ["ninja", "-C", f"build/{preset}", "build.ninja"]
-    if not used.exists() or used.read_text() != presets:
+    if not used.exists() or used.read_text() != now:
         (folder / "CMakeCache.txt").unlink(missing_ok=True)
         command = ["cmake", "--preset", preset]
     log = folder / "configure.log"
@@ -39,7 +39,7 @@ def configure(preset):
         show_end_of(log)
         print(f"{' '.join(command)} failed: {log.relative_to(ROOT)}")
         raise Failed
-    used.write_text(presets)
+    used.write_text(now)
 
 
 class Steps:
@@ -90,4 +90,4 @@ def files_of(runs):
 def programs_of(preset):
     """Each test program with its source files."""
     lines = (BUILD / preset / "test_programs.txt").read_text().splitlines()
-    return {words[0]: words[1:] for words in (line.split() for line in lines)}
+    return {words[0]: words[1:] for words in (line.split("\t") for line in lines)}

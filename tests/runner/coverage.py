@@ -1,10 +1,9 @@
 """Measures which lines the tests run, with gcov and gcovr."""
 import json
 import shutil
-import subprocess
 
 from builds import build, files_of, runs_of
-from process import BUILD, CORES, ROOT, Failed, Stopwatch, run_logged, show_end_of
+from process import BUILD, CORES, ROOT, Failed, Stopwatch, install_packages, run_logged, show_end_of
 from results import print_end, run_tests
 
 FOLDERS = ("common", "server", "worker", "client")
@@ -24,7 +23,7 @@ def measure(preset, log, summary):
 def run_coverage(everything):
     """Runs the default suite, or with `everything` also the long tests. Prints the share of covered lines by folder."""
     if shutil.which("gcovr") is None:
-        subprocess.run(["deploy/setup", "--coverage"], cwd=ROOT, check=True)
+        install_packages("--coverage")
     preset, folder, watch = "coverage", BUILD / "results" / "coverage", Stopwatch()
     # A long run without files builds what it tests elsewhere.
     runs = [run for run in runs_of(preset) if "long" not in run.labels or everything and run.files]

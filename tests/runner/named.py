@@ -9,7 +9,7 @@ from builds import build, files_of, programs_of, runs_of
 from process import BUILD, Stopwatch, output_of
 from results import Results, print_end, run_tests
 
-SANITIZERS = {"asan": "asan", "tsan": "threads"}  # presets, and the labels of the runs that gain most from them
+SANITIZERS = {"asan": "asan", "tsan": "threads", "ubsan": "asan"}  # presets, and the labels of the runs that gain most from them
 
 
 def words_of(name):

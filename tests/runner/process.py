@@ -18,7 +18,8 @@ SHOWN_LINES = 40  # of a failed command
 SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
 LOW_PRIORITY = 10
 COMPILER_BYTES = 2 << 30
-CORES = len(os.sched_getaffinity(0))
+CONTROL_GROUPS = pathlib.Path("/sys/fs/cgroup")
+INHERITED = []  # descriptors that commands get
 parts_at_once = 1  # which compile, each in a process of its own
 
 
@@ -68,8 +69,10 @@ class Interrupts:
         self.is_delayed = self.is_due = False
 
     def enable(self):
+        """A signal that nohup ignores stays without effect. Commands must not inherit that."""
         for number in self.NUMBERS:
-            signal.signal(number, self.receive)
+            is_ignored = signal.getsignal(number) == signal.SIG_IGN
+            signal.signal(number, (lambda *_: None) if is_ignored else self.receive)
 
     def receive(self, *_):
         for number in self.NUMBERS:
@@ -93,14 +96,44 @@ class Interrupts:
 INTERRUPTS = Interrupts()
 
 
+def limits(name):
+    """The control group of this process and those above it, each with its limit of this name if it has one (cgroup v2)."""
+    own = re.search(r"^0::/(.*)$", pathlib.Path("/proc/self/cgroup").read_text(), re.M)
+    folder = CONTROL_GROUPS / (own.group(1) if own else "")
+    for group in (folder, *folder.parents):
+        with contextlib.suppress(OSError):
+            words = (group / name).read_text().split()
+            if words[0] != "max":
+                yield group, words
+
+
+def cores():
+    """How many this process may use."""
+    shares = [int(quota) // int(period) for _, (quota, period) in limits("cpu.max")]
+    return max(1, min([len(os.sched_getaffinity(0)), *shares]))
+
+
+CORES = cores()
+
+
+def number_in(file, name):
+    return int(re.search(rf"^{name} *(\d+)", file.read_text(), re.M).group(1))
+
+
 def free_memory():
-    """Bytes."""
-    return int(re.search(r"^MemAvailable: *(\d+)", pathlib.Path("/proc/meminfo").read_text(), re.M).group(1)) << 10
+    """Bytes. The kernel drops a control group's unused copies of files when it needs the memory."""
+    left = [int(most) - number_in(group / "memory.current", "") + number_in(group / "memory.stat", "inactive_file")
+            for group, [most] in limits("memory.max")]
+    return min([number_in(pathlib.Path("/proc/meminfo"), "MemAvailable:") << 10, *left])
+
+
+def at_once(most, bytes_of_each):
+    """How many commands run at once in a part, if each has this much memory. The parts share what is free."""
+    return max(1, min(most, free_memory() // (bytes_of_each * parts_at_once)))
 
 
 def compilers():
-    """How many run at once in a part: one a core, if each has 2 GiB of memory. The parts share what is free."""
-    return max(1, min(CORES, free_memory() // (COMPILER_BYTES * parts_at_once)))
+    return at_once(CORES, COMPILER_BYTES)
 
 
 def processes_of(session):
@@ -114,7 +147,7 @@ def processes_of(session):
 
 
 def end(process):
-    """Ends a command and all processes of its session. The command ends first, so that it does not report the others' deaths."""
+    """Ends a command and all processes of its session. The command is told first, so that it does not report the others' deaths."""
     process.terminate()
     for number in (signal.SIGTERM, signal.SIGKILL):
         for pid in processes_of(process.pid):
@@ -148,6 +181,14 @@ def output_of(command):
     return ended.stdout
 
 
+def install_packages(kind):
+    """An interrupt waits for the end, because half an installation is worse."""
+    with INTERRUPTS.delayed():
+        code = subprocess.call(["deploy/setup", kind], cwd=ROOT)
+    if code != 0:
+        raise Failed
+
+
 def run_logged(command, log, show=None, progress=None, deadline=None):
     """Runs a command with its output in a file, and prints the lines that match `show`. `progress` gets each line, and returns the
     text that a terminal is to show now, or None. Returns the command's exit code, or None if the deadline ended it. An interrupt
@@ -165,7 +206,7 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
             try:
                 with INTERRUPTS.delayed():
                     process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                               stderr=subprocess.STDOUT, start_new_session=True)
+                                               stderr=subprocess.STDOUT, start_new_session=True, pass_fds=INHERITED)
             except OSError as error:
                 fail_to_run(command, error)
             if deadline is not None:
@@ -212,7 +253,10 @@ def beside(work, log):
             os.dup2(out.fileno(), 1)
             os.dup2(out.fileno(), 2)
         os.nice(LOW_PRIORITY)
-        sender.send(work())
+        try:
+            sender.send(work())
+        except OSError as error:
+            sys.exit(f"./test.sh: {error}")
 
     def result():
         try:

@@ -5,9 +5,9 @@ import re
 import time
 import xml.etree.ElementTree
 
-from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
+from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, at_once, run_logged, show_end_of
 
-SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cmake)
+RUN_BYTES = 1 << 30
 KINDS_OF_RUN = ("asan", "long", "release", "threads")  # labels that say when a run runs; the others say what it is
 # A crash has its reason before the asterisks: "Subprocess aborted***Exception:".
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|[^*]*\*\*\*.*?) +([\d.]+) sec")
@@ -125,6 +125,12 @@ def judge(run, end, output, reason):
     return Row(run.name, max(tests, len(failed)), len(failed), len(skipped)), failed, skipped
 
 
+def slots():
+    """How many runs ctest has at once, and how many of them compute (cmake/tests.cmake)."""
+    runs = at_once(4 * CORES, RUN_BYTES)
+    return runs, min(runs, CORES)
+
+
 def run_tests(test_folder, runs, folder, part, deadline=None):
     """Runs these entries of ctest's `test_folder`. Its log and the reports go into `folder`. `part` is their name in the
     table."""
@@ -136,18 +142,19 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
     select = "|".join(re.escape(run.name) for run in runs)
     cores = folder / "cores.json"
     folder.mkdir(parents=True, exist_ok=True)
+    at_most, computing = slots()
     cores.write_text(json.dumps({"version": {"major": 1, "minor": 0},
-                                 "local": [{"cores": [{"id": str(core)} for core in range(CORES)]}]}))
+                                 "local": [{"cores": [{"id": str(core)} for core in range(computing)]}]}))
     running = Running()
     try:
-        code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(SLOTS),
+        code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(at_most),
                            "--resource-spec-file", str(cores), "-R", f"^({select})$"], log, r"^ *\d+/\d+ Test +#", running, deadline)
     except KeyboardInterrupt:
         print()
         running.show("interrupted")
         raise
     if code is None:
-        running.show("the time is over")
+        running.show("time limit reached")
     ends = read_log(log)
     results, by_label = Results(is_late=code is None), {}
     for run in runs:

@@ -18,6 +18,11 @@ import unittest
 TOY = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 PATIENCE = 120
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+WAITS = """
+script(waits "touch '${CMAKE_BINARY_DIR}/begun'; while [ ! -e '${CMAKE_BINARY_DIR}/go' ]; do sleep 0.01; done
+  sh -c 'kill -HUP $$'; test $? = 129" lint)
+"""
 CMAKE = """
 cmake_minimum_required(VERSION 3.25)
 project(toy LANGUAGES NONE)
@@ -71,7 +76,8 @@ class Runner(unittest.TestCase):
         self.plant("cmake/tests.cmake", (SOURCE / "cmake" / "tests.cmake").read_text())
         self.plant("CMakeLists.txt", CMAKE.replace("TOY", str(TOY)))
         self.plant("toy_test.cpp", (SOURCE / "tests" / "runner" / "toy_test.cpp").read_text())
-        self.plant(".gitignore", "build\n")
+        self.plant("deploy/setup", "#!/bin/sh\necho $1 >>installed\n").chmod(0o755)
+        self.plant(".gitignore", "build\ninstalled\n")
         self.plant_presets({})
         self.git("init", "-q")
         self.commit()
@@ -80,10 +86,11 @@ class Runner(unittest.TestCase):
         file = self.root / path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
+        return file
 
     def plant_presets(self, variables):
         presets = [{"name": name, "generator": "Ninja", "binaryDir": "${sourceDir}/build/${presetName}", "cacheVariables": variables}
-                   for name in ("release", "asan", "tsan", "fuzz", "plain")]
+                   for name in ("release", "asan", "ubsan", "tsan", "fuzz", "plain")]
         self.plant("CMakePresets.json", json.dumps({"version": 6, "configurePresets": presets}))
 
     def plant_runs(self, text):
@@ -97,14 +104,22 @@ class Runner(unittest.TestCase):
         self.git("add", ".")
         self.git("commit", "-q", "-m", "a", "--allow-empty")
 
-    def start(self, *arguments, env=None):
+    def start(self, *arguments, env=None, ignored=()):
+        def set_signals():
+            for number in SIGNALS:
+                signal.signal(number, signal.SIG_IGN if number in ignored else signal.SIG_DFL)
         return subprocess.Popen([sys.executable, "-B", self.root / "tests" / "runner", *arguments], stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True, env=env)
+                                stderr=subprocess.STDOUT, text=True, env=env, preexec_fn=set_signals)
 
     def end(self, process):
         """Whether it passed, and its output."""
         said, _ = process.communicate(timeout=PATIENCE)
         return process.returncode == 0, said
+
+    def output_of(self, script):
+        """What a Python script with the runner's modules prints."""
+        return subprocess.run([sys.executable, "-B", "-c", script], cwd=self.root, env={**os.environ, "PYTHONPATH": "tests/runner"},
+                              check=True, capture_output=True, text=True).stdout
 
     def run_it(self, *arguments):
         return self.end(self.start(*arguments))
@@ -138,7 +153,7 @@ class Runner(unittest.TestCase):
         # After the default suite, nothing runs twice in the same build.
         self.assert_passes(["--list"], "release: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
                            "long: hard_tests: hard_tests\n", "release: readers of untrusted input: asan_tests\n", "asan: unit: other_tests\n",
-                           "asan: fuzz: hard_tests\n")
+                           "asan: fuzz: hard_tests\n", "ubsan: unit: asan_tests other_tests twice_tests\n", "ubsan: fuzz: hard_tests\n")
         self.assert_passes(["release: readers of untrusted input"], r"\n1 passed")
 
     def test_every_kind_of_failure_is_reported(self):
@@ -219,7 +234,7 @@ class Runner(unittest.TestCase):
             script(b.lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)
             set_tests_properties(b.lasts PROPERTIES DEPENDS a.fails)
         ''')
-        self.assert_fails(["--all", "--minutes", "600"], r"the time is over: b.lasts had run for \d+ s\n", r"failed:\n  a.fails",
+        self.assert_fails(["--all", "--minutes", "600"], r"time limit reached: b.lasts had run for \d+ s\n", r"failed:\n  a.fails",
                           r"\nfailed +release\n")
 
     def test_an_unfinished_suite_fails(self):
@@ -238,9 +253,7 @@ for _ in range(60):
     subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a", "commit", "-q", "--allow-empty", "-m", "a"], check=True)
     print(*pieces.in_turn([0, 1, 2, 3, 4]))
 """
-        said = subprocess.run([sys.executable, "-B", "-c", script], cwd=self.root, env={**os.environ, "PYTHONPATH": "tests/runner"},
-                              check=True, capture_output=True, text=True).stdout
-        self.assertEqual(set(said.splitlines()), {"0 1 2 3 4", "1 2 3 4 0", "2 3 4 0 1", "3 4 0 1 2", "4 0 1 2 3"})
+        self.assertEqual(set(self.output_of(script).splitlines()), {"0 1 2 3 4", "1 2 3 4 0", "2 3 4 0 1", "3 4 0 1 2", "4 0 1 2 3"})
 
     def test_finished_pieces_are_remembered(self):
         self.plant_runs('''
@@ -285,13 +298,87 @@ for _ in range(60):
         self.assert_passes(["new.one"], r"\n1 passed")
 
     def test_a_second_runner_in_one_checkout_is_refused(self):
-        self.plant_runs('script(waits "touch ${CMAKE_BINARY_DIR}/begun; while [ ! -e ${CMAKE_BINARY_DIR}/go ]; do sleep 0.01; done" lint)\n')
+        self.plant_runs(WAITS)
         first = self.start("waits")
         self.wait_for("build/release/begun")
         self.assert_fails(["asan_tests"], f"process {first.pid} works in this checkout already")
         self.assert_passes(["--status"], f"process {first.pid} is running")
         self.plant("build/release/go", "")
         self.assertTrue(self.end(first)[0])
+
+    def test_commands_of_a_killed_runner_keep_a_second_one_away(self):
+        self.plant_runs(WAITS)
+        first = self.start("waits")
+        self.wait_for("build/release/begun")
+        first.kill()
+        self.end(first)
+        self.assert_fails(["asan_tests"], f"a command of the killed process {first.pid} works in this checkout already")
+        self.plant("build/release/go", "")
+        while "no run is active" not in self.run_it("--status")[1]:
+            time.sleep(0.02)
+
+    def test_an_ignored_hangup_stays_ignored(self):
+        self.plant_runs(WAITS)
+        process = self.start("waits", ignored=[signal.SIGHUP])
+        self.wait_for("build/release/begun")
+        process.send_signal(signal.SIGHUP)
+        self.plant("build/release/go", "")
+        self.assertEqual(self.end(process)[0], True)  # the script ends its own sh with SIGHUP
+
+    def test_a_copy_of_a_checkout_builds_in_its_own_folder(self):
+        self.plant_runs('script(leaves.trace "touch \'${CMAKE_BINARY_DIR}/trace\'" lint)\n')
+        self.assert_passes(["leaves.trace", "Toy.Passes"])
+        (self.root / "build/release/trace").unlink()
+        first, self.root = self.root, self.root / "build" / "a copy"
+        shutil.copytree(first, self.root, ignore=lambda folder, _: ["a copy"])
+        self.assert_passes(["leaves.trace", "Toy.Passes"])
+        self.assertTrue((self.root / "build/release/trace").exists())
+        self.assertFalse((first / "build/release/trace").exists())
+
+    def test_the_limits_of_control_groups_count(self):
+        script = """
+import os, pathlib, process, results
+
+process.CONTROL_GROUPS = pathlib.Path("groups")
+cores, free = process.cores(), process.free_memory()
+os.mkdir("groups")
+for name, text in {"cpu.max": "150000 100000", "memory.max": 5 << 30, "memory.current": 3 << 30, "memory.stat": f"inactive_file {1 << 30}"}.items():
+    pathlib.Path("groups", name).write_text(str(text))
+print(process.cores(), process.free_memory() >> 30, process.at_once(99, 1 << 30))
+for name in ("cpu.max", "memory.max"):
+    pathlib.Path("groups", name).write_text("max 100000")
+print(process.cores() == cores, abs(process.free_memory() - free) < 1 << 30)
+process.CORES = results.CORES = 9
+process.free_memory = lambda: 10 << 30
+print(process.compilers(), *results.slots())
+"""
+        self.assertEqual(self.output_of(script), "1 3 3\nTrue True\n5 10 9\n")
+
+    def test_the_table_of_long_tests_is_read_whole(self):
+        def check(name, row):
+            self.plant("table.md", f"| what | piece |\n| --- | --- |\n| `{name}` | long: … |\n\n| program | tests |\n| --- | --- |\n| {row} |\n")
+            self.assert_passes(["k4_tests"])
+            ended = subprocess.run([sys.executable, "-B", SOURCE / "tests/lint/long_tests_check.py", self.root / "table.md",
+                                    self.root / "build/release"], capture_output=True, text=True)
+            return ended.returncode, ended.stdout + ended.stderr
+        self.plant_runs("""
+            lightmill_read_long_tests(${CMAKE_SOURCE_DIR}/table.md)
+            program(k4_tests Toy.Passes unit)
+            script(slow.one "exit 0" long)
+        """)
+        self.assertEqual(check("slow.one", "`k4_tests` | `Toy.Crashes:Toy.Fails`")[0], 0)
+        code, said = check("slow.two", "`K4_tests` | `Toy.Crashes`")
+        self.assertEqual(code, 1)
+        for part in ("table.md:7: this row has no program", "is called slow.two\n", "slow.one has the label long, and no row"):
+            self.assertIn(part, said)
+        self.assertIn("k4_tests has no test Toy.Gone", check("slow.one", "`k4_tests` | `Toy.Gone`")[1])
+
+    def test_errors_of_files_are_one_line(self):
+        self.plant_runs("")
+        self.plant("build/results", "")
+        passed, said = self.run_it("Toy.Passes")
+        self.assertFalse(passed)
+        self.assertRegex(said, r"^\./test\.sh: .*build/results.*\n$")
 
     def test_signals_end_everything(self):
         for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
@@ -381,6 +468,10 @@ with process.beside(work, pathlib.Path("log")):
                           ["--all", "--minutes", "0"], ["--all", "--minutes", "nan"]):
             with self.subTest(arguments):
                 self.assert_fails(arguments, "usage:")
+        self.assertFalse((self.root / "installed").exists())
+        self.plant_runs("")
+        self.assert_passes(["asan_tests"])
+        self.assertEqual((self.root / "installed").read_text(), "--tests\n")
 
 
 if __name__ == "__main__":

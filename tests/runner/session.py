@@ -8,43 +8,44 @@ import shutil
 import sys
 import time
 
-from process import BUILD, COMPILER_BYTES, CORES, ROOT, Failed, free_memory
+from process import BUILD, INHERITED, ROOT, Failed, free_memory
 
 LOCK = BUILD / "test.lock"
 MEMORY_DISK = pathlib.Path("/dev/shm")
 MEMORY_DISK_BYTES = 4 << 30  # required free space
+RESERVE_BYTES = 4 << 30  # of memory, for compilers and tests
 MOMENT = 1  # second: --status may hold the lock for less
 LEFT_OVER = re.compile(r"(?:lightmill|faketime_shm|sem\.faketime_sem)[-_](\d+)")  # libfaketime's files of killed programs too
 
 
-def lock_holder():
-    """The process that builds or tests in this checkout now, as text, or None."""
-    with contextlib.suppress(FileNotFoundError), open(LOCK, encoding="ascii") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return lock.read().strip()
-    return None
-
-
-def try_to_lock(lock):
+def try_to_lock(lock, kind):
     with contextlib.suppress(BlockingIOError):
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, kind | fcntl.LOCK_NB)
         return True
     return False
+
+
+def lock_holder():
+    """What builds or tests in this checkout now, as text, or None."""
+    with contextlib.suppress(FileNotFoundError), open(LOCK, encoding="ascii") as lock:
+        if not try_to_lock(lock, fcntl.LOCK_SH):
+            process = lock.read().strip()
+            return f"process {process}" if pathlib.Path("/proc", process).exists() else f"a command of the killed process {process}"
+    return None
 
 
 @contextlib.contextmanager
 def only_one():
     """Allows one call at a time, because two would overwrite each other's builds and results. Yields a function that notes the
-    process."""
+    process. Commands inherit the lock, so they keep it if this process is killed."""
     BUILD.mkdir(exist_ok=True)
     with open(LOCK, "a+", encoding="ascii") as lock:
         until = time.monotonic() + MOMENT
-        while not (is_locked := try_to_lock(lock)) and time.monotonic() < until:
+        while not (is_locked := try_to_lock(lock, fcntl.LOCK_EX)) and time.monotonic() < until:
             time.sleep(0.02)
         if not is_locked:
-            print(f"process {lock_holder()} works in this checkout already. Wait for it, or use another one: git worktree add FOLDER")
+            print(f"{lock_holder() or 'another process'} works in this checkout already. Wait until it ends, or use another checkout: "
+                  "git worktree add FOLDER")
             raise Failed
 
         def note():
@@ -52,7 +53,11 @@ def only_one():
             lock.write(str(os.getpid()))
             lock.flush()
         note()
-        yield note
+        INHERITED.append(lock.fileno())
+        try:
+            yield note
+        finally:
+            fcntl.flock(lock, fcntl.LOCK_UN)  # also for what tests have left behind
 
 
 def remove_left_over():
@@ -70,7 +75,7 @@ def why_no_memory_disk():
     remove_left_over()
     if shutil.disk_usage(MEMORY_DISK).free < MEMORY_DISK_BYTES:
         return f"{MEMORY_DISK} has less than {MEMORY_DISK_BYTES >> 30} GiB free"
-    needed = MEMORY_DISK_BYTES + CORES * COMPILER_BYTES
+    needed = MEMORY_DISK_BYTES + RESERVE_BYTES
     return f"less than {needed >> 30} GiB of memory are free" if free_memory() < needed else None
 
 
@@ -94,16 +99,15 @@ def temporary_folder():
 
 
 def go_to_background(log):
-    """Whether this is the background process. Its output goes to `log`."""
+    """Continues in another process. Its output goes to `log`. This one ends, without a release of the lock."""
     log.parent.mkdir(parents=True, exist_ok=True)
     process = os.fork()
     if process:
         print(f"process {process} runs it; its log is {log.relative_to(ROOT)}.\n"
-              f"./test.sh --status says what is done; kill {process} stops it, and the same command continues it.")
-        return False
+              f"./test.sh --status says what is done; kill {process} stops it, and the same command continues it.", flush=True)
+        os._exit(0)
     os.setsid()
     with open(log, "wb") as out, open(os.devnull, "rb") as nothing:
         for number, file in enumerate((nothing, out, out)):
             os.dup2(file.fileno(), number)
     sys.stdout.reconfigure(line_buffering=True)
-    return True

@@ -21,7 +21,7 @@ struct AttackTable {
   std::string text() const;
 };
 
-/// Tries the attack on so many farms, with all other faults. If sums may be wrong, all results are audited.
+/// Tries the attack on this number of farms, with all other faults. If sums may be wrong, all results are audited.
 AttackTable::Row try_attack(Attack attack, std::uint64_t farms, const PlantedBugs& bugs = {});
 /// The same for each attack.
 AttackTable try_attacks(std::uint64_t farms);

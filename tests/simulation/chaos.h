@@ -141,11 +141,11 @@ struct Race {
   std::vector<double> slowness = {1, 1, 1, 1};  ///< one value per worker
   std::uint32_t threads = 2;                    ///< of each worker
   std::uint64_t samples = 64;                   ///< per pixel, of 128 tiles
-  double tile_seconds = 0.03;          ///< for one sample per pixel of a tile, on one thread of a worker of slowness 1
-  double verify_share = kVerifyShare;  ///< share of the results that are audited
-  double change_after = 0;             ///< seconds from the submission until the last worker changes
-  double slowness_then = 0;            ///< its slowness from then on; 0: unchanged
-  bool hangs_then = false;             ///< from then on it does nothing
+  double tile_seconds = 0.03;        ///< for one sample per pixel of a tile, on one thread of a worker of slowness 1
+  double audit_share = kAuditShare;  ///< share of the results that are audited
+  double change_after = 0;           ///< seconds from the submission until the last worker changes
+  double slowness_then = 0;          ///< its slowness from then on; 0: unchanged
+  bool hangs_then = false;           ///< from then on it does nothing
   std::optional<Deceit> deceit = std::nullopt;  ///< the race ends when it is found, or with the job; no copies
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 
 namespace lightmill::simulation {
 
@@ -131,7 +131,7 @@ void Checks::stored(std::span<const StoreOp> ops) {
       std::erase_if(acknowledged_, [&](const NodeKey& key) {
         return key.job == drop->key.job && key.tile == drop->key.tile && drop->key.range.contains(key.range);
       });
-    } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
+    } else if (const auto* verified = std::get_if<PutAudited>(&op)) {
       if (const FilmOutline* film =
               server_.coordinator() ? server_.coordinator()->outline(verified->key.job) : nullptr) {
         world_.report.verified += verified->key.range.count() *
@@ -176,8 +176,8 @@ void Checks::check_decisions(const Effects& effects) {
   }
 }
 
-/// Notes unwanted results when the coordinator decides. Until the acknowledgement, a count may be raised, a job that
-/// ended by time extended, or a class be fixed.
+/// Notes which results are unwanted when the coordinator decides. Before the acknowledgement a client may raise a count
+/// or extend a job that ended by time, and a class may be fixed.
 void Checks::note_unwanted(const Effects& effects) {
   for (const Outgoing& message : effects.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
@@ -204,9 +204,9 @@ void Checks::note_unwanted(const Effects& effects) {
           continue;
         }
         const FilmOutline& film = *server_.coordinator()->outline(key.job);
-        const bool beyond = status->goal.samples > 0 &&
-                            key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
-                   too_late = status->state == JobState::done && status->goal.seconds > 0 &&
+        const bool beyond = status->spec.goal.samples > 0 &&
+                            key.range.end() > film.allocation().of_tile(key.tile, status->spec.goal.samples),
+                   too_late = status->state == JobState::done && status->spec.goal.seconds > 0 &&
                               !film.covered(key.tile, key.range);
         const bool of_former_class = status->fingerprint_class.empty();  // perhaps also of the next class
         if (beyond || too_late || of_former_class) {

@@ -28,9 +28,9 @@ class Checks {
   void result_came(const Stream& stream, const WorkerResult& result);
   void refusal_came(const Stream& stream, const WorkerRefusal& refusal) { refusals_.refusal_came(stream, refusal); }
   void stored(std::span<const StoreOp> ops);
-  /// To call before any of the effects is sent.
+  /// Call it before any of the effects is sent.
   void check_effects(const Effects& effects);
-  /// To call after the messages that need no commit were sent.
+  /// Call it after the messages that need no commit were sent.
   void check_losses(const Effects& effects) { losses_.check_sent(effects); }
   /// A message is sent.
   void check_sent(const std::shared_ptr<Stream>& stream, const Outgoing& message);

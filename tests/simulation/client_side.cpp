@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "tests/simulation/server_side.h"
 #include "tests/simulation/worker_side.h"
 
@@ -16,7 +16,7 @@ constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
 /// The fake renderer's pictures have an error of about 13 / samples, and its half width.
 constexpr double kErrors[] = {4, 2, 1, 0.5};
 
-/// Done, or refused because the job has ended, is already so, or is gone. No other answer may occur.
+/// Whether a change of a job is settled: it is done, or refused because the job has ended, has this state, or is gone.
 bool is_settled(const Status& status) {
   return status.ok() || status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
 }
@@ -59,9 +59,9 @@ void ClientSide::make_jobs() {
       }
     }
     constexpr double kShares[] = {0, 0.3, 1};
-    job.spec.verify_share = workers_.have_liars()   ? 1
-                            : world_.chaos.verifies ? kShares[world_.random.below(std::size(kShares))]
-                                                    : 0;
+    job.spec.audit_share = workers_.have_liars()   ? 1
+                           : world_.chaos.verifies ? kShares[world_.random.below(std::size(kShares))]
+                                                   : 0;
     job.spec.allow_mixed = world_.random.chance(0.25);
     if (world_.chaos.poison && world_.random.chance(0.1)) {
       if (!job.notes.candidates.empty() && world_.random.chance(0.3)) {
@@ -118,7 +118,7 @@ void ClientSide::submit(std::size_t index) {
       [this, index, id](Effects& effects) {
         JobSpec spec = jobs_[index].spec;
         spec.goal.seconds *= world_.bugs.end_early ? 0.5 : world_.bugs.end_late ? 2 : 1;
-        spec.verify_share *= world_.bugs.audit_less ? 0.5 : 1;
+        spec.audit_share *= world_.bugs.audit_less ? 0.5 : 1;
         const Result<JobId> made =
             server_.coordinator()->submit(spec, world_.now, world_.unix_ms(), effects, jobs_[index].notes);
         if (!made.ok()) {
@@ -297,7 +297,7 @@ std::string ClientSide::describe_farm() const {
     text += status.ok()
                 ? fmt::format("\n  job {}: {}, tiles have {} to {} of {} samples, {} not audited: {}", job.id->value,
                               lightmill::name_of(status->state), status->min_tile_samples, status->max_tile_samples,
-                              status->goal.samples, status->results_unverified, status->reason)
+                              status->spec.goal.samples, status->results_unaudited, status->reason)
                 : "\n  a missing job";
   }
   for (const SimulatedWorker& worker : workers_) {
@@ -325,7 +325,7 @@ void ClientSide::make_race_job(const Race& race) {
   job.spec.settings.crop = {0, 63, 4096, 2};  // 128 tiles of 64 pixels
   job.spec.settings.renderer_version = kRendererVersion;
   job.goal = job.spec.goal.samples = race.samples;
-  job.spec.verify_share = race.verify_share;
+  job.spec.audit_share = race.audit_share;
   jobs_.push_back(std::move(job));
 }
 

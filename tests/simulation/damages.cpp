@@ -197,7 +197,8 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
     for (const StoredState::StoredResult& result : job.results) {
       const bool same = std::ranges::any_of(found->results, [&](const StoredState::StoredResult& each) {
         return each.tile == result.tile && each.range == result.range && each.hash == result.hash &&
-               now.renderers.at(each.by) == before.renderers.at(result.by) && each.to_verify == result.to_verify;
+               now.renderers.at(each.by) == before.renderers.at(result.by) &&
+               each.audit_pending == result.audit_pending;
       });
       const bool named =
           std::ranges::any_of(

@@ -31,12 +31,12 @@ std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const Stor
     } else if (const auto* result = std::get_if<PutResult>(&op)) {
       results_[result->key] = *result;
       verified_.erase(result->key);
-    } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
+    } else if (const auto* verified = std::get_if<PutAudited>(&op)) {
       const auto at = results_.find(verified->key);
       if (at == results_.end()) {
         wrong = fmt::format("a result of tile {} is audited, but not stored", verified->key.tile.value);
       } else {
-        at->second.to_verify = false;
+        at->second.audit_pending = false;
         verified_.insert(verified->key);
       }
     } else if (const auto* dropped = std::get_if<DropResults>(&op)) {
@@ -126,8 +126,8 @@ StoredState Disk::load(bool hide_damage) {
     }
     for (const auto& [key, result] : results_) {
       if (key.job == id) {
-        job.results.push_back(
-            {key.tile, key.range, result.hash, static_cast<std::uint32_t>(state.renderers.size()), result.to_verify});
+        job.results.push_back({key.tile, key.range, result.hash, static_cast<std::uint32_t>(state.renderers.size()),
+                               result.audit_pending});
         state.renderers.push_back(result.by);
       }
     }

@@ -22,7 +22,7 @@ std::string text_of(const Renderer& by) {
 std::string text_of(const JobCounters& counters) {
   return fmt::format("{} merged, {} duplicate, {} lost, {} copies, {} non-finite, {} verified, {} dropped",
                      counters.results_merged, counters.results_duplicate, counters.leases_lost, counters.copies_leased,
-                     counters.non_finite, counters.results_verified, counters.nodes_dropped);
+                     counters.non_finite, counters.results_audited, counters.nodes_dropped);
 }
 
 std::string text_of(const std::vector<ErrorPoint>& history) {
@@ -72,9 +72,9 @@ std::string text_of(const StoreOp& op) {
                         [](const DropNode& drop) { return "drop node " + text_of(drop.key); },
                         [](const PutResult& put) {
                           return fmt::format("put result {}: {} by {}{}", text_of(put.key), put.hash.hex(),
-                                             text_of(put.by), put.to_verify ? ", to be verified" : "");
+                                             text_of(put.by), put.audit_pending ? ", to be verified" : "");
                         },
-                        [](const PutVerified& put) { return "verified: " + text_of(put.key); },
+                        [](const PutAudited& put) { return "verified: " + text_of(put.key); },
                         [](const DropResults& drop) { return "drop results " + text_of(drop.key); },
                         [](const PutQuarantine& put) {
                           return fmt::format("put quarantine {}: {}, at {}", text_of(put.record.of), put.record.reason,
@@ -137,11 +137,11 @@ std::string text_of(const JobStatus& job) {
   return fmt::format(
       "job {} {} {} '{}' {} class '{}': {} of {}, {} to {}, {}; {} s, {} s of workers, {}/s, {} s left; error {} {} "
       "{};{}; {}, {} unverified, ended {}, {}",
-      job.id.value, static_cast<int>(job.state), job.priority, job.reason, job.method, job.fingerprint_class,
-      job.samples_done, job.samples_wanted, job.min_tile_samples, job.max_tile_samples, job.frame_samples,
-      job.active_seconds, job.worker_seconds, job.samples_per_second, job.eta_seconds, job.error.known,
-      job.error.rel_mse, job.error.half_width, text_of(job.history), text_of(job.counters), job.results_unverified,
-      job.finished_unix_ms, job.render_digest.hex());
+      job.id.value, static_cast<int>(job.state), job.spec.priority, job.reason, job.spec.settings.method,
+      job.fingerprint_class, job.samples_done, job.samples_wanted, job.min_tile_samples, job.max_tile_samples,
+      job.frame_samples, job.active_seconds, job.worker_seconds, job.samples_per_second, job.eta_seconds,
+      job.error.known, job.error.rel_mse, job.error.half_width, text_of(job.history), text_of(job.counters),
+      job.results_unaudited, job.finished_unix_ms, job.render_digest.hex());
 }
 
 std::string text_of(const WorkerStatus& worker) {
@@ -199,7 +199,7 @@ std::string view_text(const Coordinator& coordinator, Time now) {
                       gauges.units_out, gauges.free_pixel_samples, gauges.rendering, gauges.idle, gauges.draining,
                       gauges.quarantined, gauges.threads, gauges.results_rate);
   text += fmt::format("{} {} {} {} {} {} {} {}\n", totals.units_leased, totals.units_lost, totals.results_merged,
-                      totals.results_repeated, totals.results_verified, totals.results_wrong, totals.pixel_samples,
+                      totals.results_repeated, totals.results_audited, totals.results_wrong, totals.pixel_samples,
                       totals.jobs_failed);
   const std::optional<Time> next = coordinator.next_deadline();
   return text + fmt::format("{} workers wanted, {}; next {}\n", coordinator.wanted_workers(now),

@@ -156,7 +156,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     return;
   }
   world_.report.results_duplicate += status.counters.results_duplicate;
-  world_.report.unverified += job.cancelled ? 0 : status.results_unverified;
+  world_.report.unverified += job.cancelled ? 0 : status.results_unaudited;
   world_.report.wanted += film.pixel_samples();
   std::uint64_t wanted = by_time ? record.spec.goal.samples : job.goal;
   if (job.error > 0 && (workers_.have_liars() || may_be_rounded(job))) {
@@ -218,7 +218,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
         return;
       }
     }
-    if (job.cancelled || (is_lied_about && status.results_unverified > 0)) {
+    if (job.cancelled || (is_lied_about && status.results_unaudited > 0)) {
       continue;
     }
     const NodeLayout& layout = film.layout();
@@ -237,10 +237,10 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     }
   }
   world_.report.mixed += classes.size() > 1;
-  if (!job.cancelled && job.spec.verify_share == 1 && server_.damaged().empty() &&
-      unverified != status.results_unverified) {
+  if (!job.cancelled && job.spec.audit_share == 1 && server_.damaged().empty() &&
+      unverified != status.results_unaudited) {
     world_.fail(fmt::format("job {}: {} stored results are not audited, but it reports {}", job.id->value, unverified,
-                            status.results_unverified));
+                            status.results_unaudited));
   }
 }
 

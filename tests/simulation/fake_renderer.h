@@ -1,5 +1,5 @@
-// Fake renderer. Its samples are a hash: a pure function of render digest, tile, sample index, and rounding of the
-// machine. They are summed as real ones.
+// Fake renderer. A sample is a hash of the render digest, the tile, the sample index, and the machine's rounding. Samples
+// are summed like real ones.
 #pragma once
 
 #include <map>

@@ -19,8 +19,8 @@
 // - stored nodes never overlap, and their renderers are stored with them
 //
 // Checked at the end (end_checks.h): every job has the right state, and its film has the bytes of a run without faults,
-// in memory and on disk. Where a film may have unaudited results of a liar, or its job was cancelled, this holds for each
-// node without a part of a liar. Its status has the counts of its film. A job with an error goal has the sample count
+// in memory and on disk. If a film may have unaudited results of a liar, or its job was cancelled, this holds only for
+// nodes without a part of a liar. Its status has the counts of its film. A job with an error goal has the sample count
 // that the sums of the run without faults give. A job that allows two classes, which round differently, has the same
 // sums except for the last bits.
 //

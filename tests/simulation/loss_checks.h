@@ -2,8 +2,8 @@
 //
 // A lease is lost only after its grant was sent, and only if its worker or stream had a fault since.
 //
-// A job fails for losses only after the number of lost workers of CoordinatorLimits, in a row, with one of its tiles or
-// its pilot. The reason names them. The checks count them again, from grants, losses and results. Their count may be
+// A job fails for losses only after workers were lost in a row with one of its tiles or its pilot. CoordinatorLimits has
+// their number, and the reason names them. The checks count them again, from grants, losses and results. Their count may be
 // higher, because the coordinator does not count losses of a worker that sends garbage.
 #pragma once
 
@@ -34,7 +34,7 @@ class LossChecks {
   void hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello);
   /// Like Checks::check_effects.
   void check(const Effects& effects);
-  /// No worker loses a lease that was not sent. To call after the messages that need no commit were sent.
+  /// No worker loses a lease that was not sent. Call it after the messages that need no commit were sent.
   void check_sent(const Effects& effects);
   /// A message is sent.
   void sent(const std::shared_ptr<Stream>& stream, const Outgoing& message);
@@ -64,7 +64,7 @@ class LossChecks {
   void note_results(const Effects& effects);
   void count_loss(const Note& note);
   void note_grants(const Effects& effects);
-  /// Whether so many workers were lost in a row with work of the job.
+  /// Whether this number of workers was lost in a row with work of the job.
   bool is_true(JobId job, const std::string& reason) const;
   void check_left(const Note& note);
   void check_failed(const JobRecord& job);

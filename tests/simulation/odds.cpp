@@ -37,14 +37,14 @@ constexpr LiarKind kLiarKinds[] = {
     {"always wrong, in audits too", 1, 1, 1, 0.1, 1, false, false},
 };
 
-/// So many results that the odds are about one half, at most 100.
+/// The number of results for which the odds are about one half, at most 100.
 double results_for(double share, const LiarKind& kind) {
   const double q = odds_of_detection(share, {.parts = kind.parts, .wrong = kind.wrong}, kind.parts);
   return q == 1 ? 1 : std::min(std::ceil(std::log(0.5) / std::log1p(-q)), 100.0);
 }
 
 Race race_with(const LiarKind& kind, double share) {
-  Race race{.tile_seconds = kind.tile_seconds, .verify_share = share};
+  Race race{.tile_seconds = kind.tile_seconds, .audit_share = share};
   race.slowness.assign(2 + kind.liars, 1);
   race.deceit = Deceit{.liars = kind.liars,
                        .least_parts = kind.parts,

@@ -37,7 +37,7 @@ struct OddsTable {
   std::string text() const;
 };
 
-/// Tries each kind of liar with each share of audits on so many farms.
+/// Tries each kind of liar with each share of audits on this number of farms.
 OddsTable measure_odds(std::uint64_t farms, const PlantedBugs& bugs = {});
 
 }  // namespace lightmill::simulation

@@ -7,7 +7,7 @@ namespace lightmill::simulation {
 namespace {
 
 // Four standard errors: a false alarm in one of 16,000 rows. The seeds are fixed.
-TEST(Odds, AreThoseOfTheTheory) {
+TEST(Odds, MatchTheTheory) {
   const OddsTable table = measure_odds(4);
   fmt::print("{}", table.text());
   EXPECT_LT(table.worst(), 4);
@@ -25,8 +25,8 @@ TEST(Odds, RevealACoordinatorThatSeesNoDifference) {
   EXPECT_GT(measure_odds(1, bugs).worst(), 4);
 }
 
-/// The table of docs/design/audits.md: within so many results, half, 95 % and 99.9 % of the liars are found.
-TEST(Odds, HaveTheDocumentedTable) {
+/// The table of docs/design/audits.md: the numbers of results after which half, 95 % and 99.9 % of the liars are found.
+TEST(Odds, MatchTheDocumentedTable) {
   struct Line {
     double share, wrong;
     double results[3];

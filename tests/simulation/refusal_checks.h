@@ -1,7 +1,7 @@
 // Checks of the coordinator's decisions on refusals.
 //
-// A job fails for refusals only if two identities refuse it, or one does and no other that may render it is connected.
-// The same holds for workers that are lost with it. LossChecks knows whether they were.
+// A job fails for refusals only if two identities refuse it. One is enough if no other identity is connected that may
+// render it. The same holds for workers that are lost with it. LossChecks knows whether they were.
 // An identity that refused a job does not get it again from this coordinator.
 #pragma once
 

@@ -97,7 +97,7 @@ class RunningFarm {
     }
   }
 
-  /// From the farm thread and the writer thread.
+  /// From the farm thread and the commit thread.
   void take(Outgoing message) {
     if (const auto* const ack = std::get_if<ResultAck>(&message.message)) {
       for (const NodeKey& key : ack->keys) {

@@ -1,4 +1,4 @@
-// Films of ended jobs: read from the disk, and reported to those who wait.
+// Films of ended jobs: read from the disk, and reported to waiting clients.
 #include "tests/simulation/server_side.h"
 
 namespace lightmill::simulation {

@@ -197,7 +197,7 @@ void ServerSide::finish_commit() {
           (world_.bugs.keep_joined_nodes && std::holds_alternative<DropNode>(op)) ||
           (world_.bugs.keep_dropped_results && std::holds_alternative<DropResults>(op));
       if (auto* result = std::get_if<PutResult>(&op); result != nullptr && world_.bugs.lose_verifications) {
-        result->to_verify = false;
+        result->audit_pending = false;
       }
       if (!lost) {
         ops.push_back(std::move(op));
@@ -360,6 +360,7 @@ void ServerSide::receive(const std::shared_ptr<Stream>& stream, WorkerMessage me
     world_.trace("{} sends job {}, tile {}, samples [{}, {})", workers_[stream->worker].name, result->key.job.value,
                  result->key.tile.value, result->key.range.first(), result->key.range.end());
     falsify(*stream, *result);
+    result->damaged = !has_its_hash(*result);
   }
   if (const auto* refusal = std::get_if<WorkerRefusal>(&message)) {
     checks_.refusal_came(*stream, *refusal);

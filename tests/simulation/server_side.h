@@ -30,7 +30,7 @@ class ServerSide {
   std::uint64_t life() const { return life_; }
   std::uint64_t epoch() const { return epoch_; }  ///< of the active coordinator
   const Disk& disk() const { return disk_; }
-  /// To call before start().
+  /// Call it before start().
   void set_secret(const Sha256& secret) { disk_.set_secret(secret); }
   const std::map<SessionId, std::shared_ptr<Stream>>& streams() const { return streams_; }
   /// Tiles with damaged nodes.

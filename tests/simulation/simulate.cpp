@@ -258,11 +258,13 @@ int main(int argc, char** argv) {
                  "continue after the schedules of earlier runs of this program, and keep the progress in this file")
       ->excludes("--first");
   app.add_option("--damages", options.damages,
-                 "instead, damage the files of so many killed farms, and print the outcomes");
-  app.add_option("--attacks", options.attacks,
-                 "instead, try each attack of one machine on so many farms, and print the outcomes");
-  app.add_option("--odds", options.odds,
-                 "instead, compare how often audits find a liar with the theory, on so many farms of each kind");
+                 "instead of schedules: damage the files of this number of killed farms, and print the outcomes");
+  app.add_option(
+      "--attacks", options.attacks,
+      "instead of schedules: try each attack of one machine on this number of farms, and print the outcomes");
+  app.add_option(
+      "--odds", options.odds,
+      "instead of schedules: compare how often audits find a liar with the theory, on this number of farms of each kind");
   app.add_option("--hashes", options.hashes,
                  "write a hash of all effects of each schedule to this file; with --seed, print the effects instead");
   CLI11_PARSE(app, argc, argv);

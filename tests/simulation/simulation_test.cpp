@@ -19,7 +19,7 @@ std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise)
 
 class Simulation : public testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
+TEST_P(Simulation, FilmsEqualThoseOfAQuietRunWhateverHappens) {
   const std::uint64_t only = number_from_environment("LIGHTMILL_SIMULATION_SEED", 0);
   if (only != 0) {
     if (GetParam() != 0) {
@@ -77,7 +77,7 @@ TEST(QuietFarm, RendersEachSampleOnce) {
   }
 }
 
-TEST(QuietFarm, RendersEachSampleTwiceWhereAllIsVerified) {
+TEST(QuietFarm, RendersEachSampleTwiceIfAllIsAudited) {
   Chaos chaos = Chaos::none();
   chaos.verifies = true;
   std::uint64_t verified = 0;
@@ -90,7 +90,7 @@ TEST(QuietFarm, RendersEachSampleTwiceWhereAllIsVerified) {
   EXPECT_GT(verified, 0u);
 }
 
-TEST(LyingMachine, ChangesNothingWhereTwoOthersVerifyAll) {
+TEST(LyingMachine, ChangesNothingIfTwoOthersAuditAll) {
   Chaos chaos = Chaos::none();
   chaos.liars = chaos.restarts = chaos.breaks = chaos.deaths = true;
   std::uint64_t lied = 0, convicted = 0, unverified = 0;

@@ -29,7 +29,7 @@ StoredJob draw_job(std::uint64_t number, const std::map<Sha256, std::string>& as
   StoredJob job;
   job.spec.request_id = fmt::format("request-{}", number);
   job.spec.goal.samples = kGoals[random.below(std::size(kGoals))];
-  job.spec.verify_share = kShares[random.below(std::size(kShares))];
+  job.spec.audit_share = kShares[random.below(std::size(kShares))];
   RenderSettings& settings = job.spec.settings;
   settings.scene = fmt::format("scene {}", number);
   settings.width = settings.height = 200;

@@ -46,7 +46,7 @@ class StoredFarm {
   JobId submit(const StoredJob& job);
   /// Stores these operations besides the coordinator's.
   void commit(std::vector<StoreOp> ops);
-  /// Workers render at most so many results. Time passes for work that waits.
+  /// Lets workers render at most this number of results. Time passes for work that waits.
   void work(std::uint64_t most_results);
   /// Reads films from the store, and renders missing nodes again, until all jobs have ended. Returns the reason
   /// if they do not end.

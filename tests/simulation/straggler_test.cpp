@@ -65,7 +65,7 @@ void PrintTo(Straggler straggler, std::ostream* out) {
 class Stragglers : public testing::TestWithParam<Straggler> {};
 
 // Three workers do the work of four. This alone takes 4/3 of the time.
-TEST_P(Stragglers, MakeTheLastPartOfAJobOfMinutesAtMostHalfAsLongAgain) {
+TEST_P(Stragglers, LengthenTheLastPartOfALongJobByAtMostHalf) {
   const Race race{.samples = 256};
   static const LastPart quiet = last_part(race);
   const LastPart last = last_part(with(GetParam(), race, quiet));
@@ -76,7 +76,7 @@ TEST_P(Stragglers, MakeTheLastPartOfAJobOfMinutesAtMostHalfAsLongAgain) {
 }
 
 // A straggler has up to two seconds of work, at its earlier speed.
-TEST_P(Stragglers, CostAShortJobHardlyMoreThanAUnit) {
+TEST_P(Stragglers, DelayAShortJobByLittleMoreThanAUnit) {
   const Race race{.tile_seconds = 0.005};
   static const LastPart quiet = last_part(race);
   const LastPart last = last_part(with(GetParam(), race, quiet));
@@ -88,8 +88,8 @@ TEST_P(Stragglers, CostAShortJobHardlyMoreThanAUnit) {
 
 // Everything is rendered twice, by two workers. Audits of a straggler move to others too. Three workers do the work of four. The
 // straggler holds up to two seconds of results, and may later hold two seconds of audits.
-TEST_P(Stragglers, DoNotHoldUpVerification) {
-  const Race race{.samples = 128, .verify_share = 1};
+TEST_P(Stragglers, DoNotDelayAudits) {
+  const Race race{.samples = 128, .audit_share = 1};
   static const LastPart quiet = last_part(race);
   const LastPart last = last_part(with(GetParam(), race, quiet));
   fmt::print("a job of {:.0f} s, all verified: from 95 % to done {:.2f} s ({:.2f} at most) instead of {:.2f} s\n",

@@ -1,8 +1,8 @@
 // Checks of jobs with a time limit.
 //
-// Such a job is not done before this time has passed since its first grant, and it was rendered for as long. Then no
-// new samples are granted, except gaps below granted ones, and the first sample of tiles without samples. EndChecks
-// checks the samples of each tile.
+// Such a job is not done before the limit has passed since its first grant, nor before it was rendered for that time.
+// Afterwards no new samples are granted, except gaps below granted ones, and the first sample of tiles without samples.
+// EndChecks checks the samples of each tile.
 #pragma once
 
 #include <map>

@@ -21,7 +21,7 @@ namespace lightmill::simulation {
 class ServerSide;
 class ClientSide;
 
-/// All liars of a farm share it, but for a liar that comes with a second identity.
+/// Identity of all liars of a farm, except of a liar that comes back with a second one.
 inline constexpr const char* kIdentityOfLies = "identity-of-lies";
 inline constexpr const char* kSecondIdentityOfLies = "identity-of-lies, again";
 inline bool is_of_lies(const std::string& identity) {

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "tests/support/block_means.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

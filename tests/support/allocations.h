@@ -29,7 +29,7 @@ void* operator new(std::size_t bytes) {
   }
   throw std::bad_alloc();
 }
-// Else AddressSanitizer would provide this one, and report that its memory is freed by the operators below.
+// Without this, AddressSanitizer would provide the operator, and report that the operators below free its memory.
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   try {
     return ::operator new(bytes);

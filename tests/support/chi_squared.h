@@ -8,8 +8,8 @@
 namespace lightmill::test {
 
 /// Excess of the statistic over chance, in standard deviations of a normal distribution (Wilson and Hilferty 1931;
-/// accurate to a few percent from 3 degrees of freedom). Cells that expect fewer than 5 counts are pooled, and with the
-/// smallest other cell if they expect fewer than 5 together. A threshold of 5 raises a false alarm once in 3.5 million
+/// accurate to a few percent from 3 degrees of freedom). Cells that expect fewer than 5 counts are pooled. If the pool
+/// expects fewer than 5, the smallest other cell joins it. A threshold of 5 raises a false alarm once in 3.5 million
 /// tests.
 inline double chi_squared_z(const std::vector<double>& counts, const std::vector<double>& expected) {
   struct Cell {
@@ -26,7 +26,7 @@ inline double chi_squared_z(const std::vector<double>& counts, const std::vector
     }
   }
   if (pool.expected < 1e-9 && pool.count > 0) {
-    return 1e9;  // samples where none may be
+    return 1e9;  // samples where the probability is 0
   }
   if (pool.expected < 5 && !cells.empty()) {
     const auto smallest = std::min_element(cells.begin(), cells.end(),

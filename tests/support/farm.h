@@ -69,7 +69,7 @@ class FarmClient {
   std::unique_ptr<v1::RenderService::Stub> stub_;
 };
 
-/// Sends SIGKILL and waits for the end.
+/// Kills a running process, and waits for its end.
 void kill_at_once(BackgroundProcess& process);
 
 /// The start of a program of a farm.
@@ -83,8 +83,6 @@ class Farm {
  public:
   /// Starts the coordinator and waits until it listens. Its state is in data() unless the options have a --store.
   explicit Farm(std::vector<std::string> server_options = {}, Launch launch = {"127.0.0.1", {}, {}});
-  /// Fails the test if one of its processes logged a failed check, an exception or a sanitizer's report.
-  ~Farm();
   Farm(const Farm&) = delete;
   Farm& operator=(const Farm&) = delete;
 

@@ -1,6 +1,7 @@
 #include "tests/support/process.h"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -12,6 +13,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 
 #include "common/base/check.h"
@@ -94,21 +96,63 @@ CommandResult run_command(const std::vector<std::string>& arguments, const Envir
   return result;
 }
 
+namespace {
+
+constexpr std::array kFaults{"WARNING: ThreadSanitizer", "ERROR: AddressSanitizer", "ERROR: LeakSanitizer",
+                             ": runtime error: ",        ": check failed: ",        "terminate called"};
+constexpr std::size_t kShownOfLog = 4000;  // bytes
+
+/// The file from `begin` to its end.
+std::string read_from(int file, off_t begin) {
+  std::string text;
+  std::array<char, 1 << 16> piece;
+  for (ssize_t got = 0;
+       (got = ::pread(file, piece.data(), piece.size(), begin + static_cast<off_t>(text.size()))) > 0;) {
+    text.append(piece.data(), static_cast<std::size_t>(got));
+  }
+  return text;
+}
+
+/// Fails the test. Fails the program if no test runs, because a failure would have no effect there.
+void fail(const std::string& why) {
+  ADD_FAILURE() << why;
+  if (::testing::UnitTest::GetInstance()->current_test_suite() == nullptr) {
+    std::cout.flush();
+    std::_Exit(EXIT_FAILURE);
+  }
+}
+
+}  // namespace
+
 BackgroundProcess::BackgroundProcess(const std::vector<std::string>& arguments, const std::string& log,
-                                     const Environment& environment) {
-  const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
-  LM_CHECK(file >= 0, "{}", log);
-  pid_ = spawn(arguments, environment, file, file);
-  ::close(file);
+                                     const Environment& environment)
+    : program_(arguments.front()), log_(::open(log.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0600)) {
+  LM_CHECK(log_ >= 0, "{}", log);
+  log_begin_ = ::lseek(log_, 0, SEEK_END);
+  pid_ = spawn(arguments, environment, log_, log_);
 }
 
 BackgroundProcess::~BackgroundProcess() {
   send(SIGKILL);
-  wait();
+  eventually([this] { return !runs(); });
+  const std::string why = crash();
+  ::close(log_);
+  if (!why.empty()) {
+    fail(program_ + ' ' + why);
+  }
 }
 
-void BackgroundProcess::send(int signal) const {
-  if (!exit_code_) {
+bool BackgroundProcess::runs() {
+  int status = 0;
+  if (!end_ && ::waitpid(pid_, &status, WNOHANG) == pid_) {
+    end_ = status;
+  }
+  return !end_;
+}
+
+void BackgroundProcess::send(int signal) {
+  if (runs()) {
+    sent_.insert(signal);
     ::kill(pid_, signal);
     if (signal == SIGSTOP) {
       siginfo_t stopped;
@@ -118,16 +162,28 @@ void BackgroundProcess::send(int signal) const {
 }
 
 std::optional<int> BackgroundProcess::wait(std::chrono::milliseconds limit) {
-  eventually(
-      [&] {
-        int status = 0;
-        if (!exit_code_ && ::waitpid(pid_, &status, WNOHANG) == pid_) {
-          exit_code_ = exit_code_of(status);
-        }
-        return exit_code_.has_value();
-      },
-      limit);
-  return exit_code_;
+  if (!eventually([this] { return !runs(); }, limit)) {
+    return {};
+  }
+  asked_ = true;
+  return exit_code_of(*end_);
+}
+
+std::string BackgroundProcess::crash() const {
+  const std::string log = read_from(log_, log_begin_);
+  for (const char* const fault : kFaults) {
+    if (const std::size_t at = log.find(fault); !faults_allowed_ && at != std::string::npos) {
+      return "reports a fault: " + log.substr(at, kShownOfLog);
+    }
+  }
+  const std::string tail = ":\n" + log.substr(log.size() - std::min(log.size(), kShownOfLog));
+  if (!end_) {
+    return "has not ended" + tail;
+  }
+  if (WIFSIGNALED(*end_)) {
+    return sent_.contains(WTERMSIG(*end_)) ? "" : fmt::format("was ended by signal {}{}", WTERMSIG(*end_), tail);
+  }
+  return asked_ || WEXITSTATUS(*end_) == 0 ? "" : fmt::format("ended with code {}{}", WEXITSTATUS(*end_), tail);
 }
 
 std::vector<pid_t> processes_with(const std::string& name, const std::string& value) {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -28,6 +29,8 @@ CommandResult run_command(const std::vector<std::string>& arguments, const Envir
                           std::chrono::seconds limit = kPatience);
 
 /// A background program. It is killed and waited for at the end of its scope. The kernel kills it if the test dies.
+/// Its crash fails the test, or the program if no test runs. A crash is an end by a signal that the test did not send, an
+/// exit code that the test did not ask for, or a report of a fault in the log.
 class BackgroundProcess {
  public:
   /// Its output goes to the file `log`.
@@ -38,14 +41,26 @@ class BackgroundProcess {
   BackgroundProcess& operator=(const BackgroundProcess&) = delete;
 
   pid_t pid() const { return pid_; }
+  bool runs();
   /// After SIGSTOP it returns when all threads of the process have stopped.
-  void send(int signal) const;
+  void send(int signal);
   /// The exit code (128 + signal if killed), or nothing if the process still runs after `limit`.
   std::optional<int> wait(std::chrono::milliseconds limit = kPatience);
+  /// Its log may report faults, because the test causes them.
+  void allow_faults() { faults_allowed_ = true; }
 
  private:
+  /// Why its end or its log is a crash. Empty if it is none.
+  std::string crash() const;
+
+  const std::string program_;
+  int log_ = -1;         ///< descriptor, so that the log is there when its folder is gone
+  off_t log_begin_ = 0;  ///< earlier processes have written what is before
   pid_t pid_ = -1;
-  std::optional<int> exit_code_;
+  std::set<int> sent_;      ///< signals that the test sent
+  std::optional<int> end_;  ///< as waitpid() gives it
+  bool asked_ = false;      ///< the test has received the exit code
+  bool faults_allowed_ = false;
 };
 
 /// Processes (zombies apart) whose environment contains NAME=VALUE.

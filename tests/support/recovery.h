@@ -1,4 +1,4 @@
-// The time in which a farm recovers.
+// Measurement of the time in which a farm recovers.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 
 namespace lightmill::test {
 
-/// Waits until `well`, and prints the time: "recovery: after a full disk: 0.61 s".
+/// Waits until `well` returns true, and prints the time: "recovery: after a full disk: 0.61 s".
 template <class Condition>
 bool recovers(const std::string& what, const Condition& well) {
   const auto begun = std::chrono::steady_clock::now();

@@ -46,11 +46,9 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
 }
 
 /// Reads only the headers of images. Workers that render decode them.
-Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
-                    const InspectionHooks& hooks) {
+Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images) {
   std::set<std::tuple<Sha256, std::string, bool>> checked;
   for (const ImageAsset& image : loaded.images) {
-    LM_RETURN_IF_ERROR(hooks.may_continue());
     if (!checked.emplace(image.asset, image.name, image.environment).second) {
       continue;
     }
@@ -74,17 +72,52 @@ void add_facts(const ReportRows& rows, Inspection& out) {
   }
 }
 
-Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& limits, const InspectionHooks& hooks) {
+/// Decodes compressed meshes. All of them together have a limit, because a small file can hold a large mesh.
+class InspectedMeshes {
+ public:
+  InspectedMeshes(DecoderProcess& decoder, const SceneLimits& limits)
+      : decoder_(decoder), most_bytes_(limits.bytes / kFilesShare) {}
+
+  Result<DecodedMesh> decode(ByteView bytes, const MeshRequest& request) {
+    Result<DecodedMesh> mesh = try_decode(bytes, request);
+    if (mesh.status().code() == StatusCode::kFailedPrecondition) {
+      no_decoder_ = true;
+    }
+    return mesh;
+  }
+  /// Whether this worker cannot decode meshes, which is no fault of the sender.
+  bool no_decoder() const { return no_decoder_; }
+
+ private:
+  Result<DecodedMesh> try_decode(ByteView bytes, const MeshRequest& request) {
+    LM_RETURN_IF_ERROR(check_request(request));
+    bytes_ += size_bytes(request);
+    if (bytes_ > most_bytes_) {
+      return resource_exhausted(
+          "the scene's compressed meshes have more than {}, a {}th of what --scene-gib of its worker allows: `lightmill "
+          "submit` reads them on your machine",
+          human_bytes(most_bytes_), kFilesShare);
+    }
+    return decoder_.decode_mesh(bytes, request);
+  }
+
+  DecoderProcess& decoder_;
+  const std::uint64_t most_bytes_;
+  std::uint64_t bytes_ = 0;
+  bool no_decoder_ = false;
+};
+
+Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& decoder,
+                         const InspectionHooks& hooks) {
   std::uint64_t bytes = 0;
   UploadedFiles files([&](const Sha256& digest) -> Result<std::string> {
-    LM_RETURN_IF_ERROR(hooks.may_continue());
     LM_ASSIGN_OR_RETURN(std::string file, hooks.fetch(digest));
     bytes += file.size();
     // A reader needs several times the size of its text, next to scenes that are being rendered.
     if (bytes > limits.bytes / kFilesShare) {
       return resource_exhausted(
-          "the scene's files have more than {}, a {}th of what --scene-gib of its worker allows: `lightmill submit` "
-          "reads them on your machine",
+          "the scene's files have more than {}, which is 1/{} of the --scene-gib of its worker: `lightmill submit` reads "
+          "them on your machine",
           human_bytes(limits.bytes / kFilesShare), kFilesShare);
     }
     return file;
@@ -95,44 +128,43 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
   LoadOptions options;
   options.camera = request.camera;
   options.files = &files;
+  InspectedMeshes meshes(decoder, limits);
+  options.decode_mesh = [&meshes](ByteView mesh, const MeshRequest& wanted) { return meshes.decode(mesh, wanted); };
   const std::vector<std::filesystem::path> paths(request.scene.begin(), request.scene.end());
-  return load_scene(paths, options);
+  Result<LoadedScene> loaded = load_scene(paths, options);
+  return loaded.ok() || meshes.no_decoder() ? std::move(loaded) : Result<LoadedScene>(as_senders(loaded.status()));
 }
 
 Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                            const InspectionHooks& hooks) {
-  Result<LoadedScene> loaded = load(request, limits, hooks);
-  if (!loaded.ok()) {
-    return as_senders(loaded.status());
-  }
-  LM_RETURN_IF_ERROR(check_images(*loaded, limits, images, hooks));
-  const Result<SceneReport> report = report_on(*loaded);
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded, load(request, limits, images, hooks));
+  LM_RETURN_IF_ERROR(check_images(loaded, limits, images));
+  const Result<SceneReport> report = report_on(loaded);
   if (!report.ok()) {
     return as_senders(report.status());
   }
-  LM_RETURN_IF_ERROR(hooks.may_continue());
-  const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded->assets.at(digest); };
-  LM_RETURN_IF_ERROR(check_memory(loaded->scene, assets, images, limits.bytes));
+  const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded.assets.at(digest); };
+  LM_RETURN_IF_ERROR(check_memory(loaded.scene, assets, images, limits.bytes));
   Inspection out;
-  out.scene = pack_scene(loaded->scene);
-  if (out.scene.size() > kMaxSceneBytes || loaded->assets.size() > kMaxAssets) {
+  out.scene = pack_scene(loaded.scene);
+  if (out.scene.size() > kMaxSceneBytes || loaded.assets.size() > kMaxAssets) {
     return resource_exhausted("the scene's document has {} and {} assets, more than the {} and {} that a job may have",
-                              human_bytes(out.scene.size()), loaded->assets.size(), human_bytes(kMaxSceneBytes),
+                              human_bytes(out.scene.size()), loaded.assets.size(), human_bytes(kMaxSceneBytes),
                               kMaxAssets);
   }
-  for (const auto& [digest, bytes] : loaded->assets) {
+  for (const auto& [digest, bytes] : loaded.assets) {
     out.assets.push_back(digest);  // a map: sorted, without duplicates
   }
-  LM_RETURN_IF_ERROR(hooks.upload(loaded->assets, hooks.may_continue));
-  out.notices = cut_all(loaded->notices);
-  add_facts(scene_rows(*loaded, *report), out);
+  LM_RETURN_IF_ERROR(hooks.upload(loaded.assets));
+  out.notices = cut_all(loaded.notices);
+  add_facts(scene_rows(loaded, *report), out);
   add_facts(fact_rows(report->facts), out);
   for (const Verdict& verdict : admit_all(report->facts)) {
     out.methods.push_back({verdict.method, verdict.admitted, cut(verdict.reason)});
   }
   const MethodPlan plan = plan_method(report->facts, kAutoMethod);
   out.chosen = plan.candidates;
-  for (const NamedCamera& camera : loaded->cameras) {
+  for (const NamedCamera& camera : loaded.cameras) {
     out.cameras.push_back(camera.name);
   }
   out.cameras = cut_all(std::move(out.cameras));

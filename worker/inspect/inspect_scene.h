@@ -14,16 +14,13 @@ namespace lightmill {
 
 struct InspectionHooks {
   AssetFetch fetch;
-  /// Called before each file and each long step. An error ends the inspection.
-  using MayContinue = std::function<Status()>;
-  MayContinue may_continue;
   /// Uploads the assets that the farm lacks.
-  using Upload = std::function<Status(const std::map<Sha256, std::string>& assets, const MayContinue& may_continue)>;
-  Upload upload;
+  std::function<Status(const std::map<Sha256, std::string>& assets)> upload;
 };
 
-/// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`.
-/// Otherwise the errors of `hooks`.
+/// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`,
+/// FAILED_PRECONDITION if this worker cannot decode their images or meshes. Otherwise the errors of `hooks`. Its time and
+/// memory depend on the files, so it runs in a scene reader (scene_reader.h).
 Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                                  const InspectionHooks& hooks);
 

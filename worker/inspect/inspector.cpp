@@ -12,12 +12,12 @@ constexpr Duration kMostTime = std::chrono::seconds(60);
 
 }  // namespace
 
-Inspector::Inspector(AssetCache& assets, const SceneLimits& limits, const DecoderOptions& decoder, Upload upload,
+Inspector::Inspector(AssetCache& assets, const SceneLimits& limits, const ReaderOptions& reader, AssetUploads uploads,
                      Done done, const Clock& clock)
     : assets_(assets),
       limits_(limits),
-      decoder_(decoder),
-      upload_(std::move(upload)),
+      reader_(reader),
+      uploads_(std::move(uploads)),
       done_(std::move(done)),
       clock_(clock),
       thread_([this] { work(); }) {}
@@ -67,7 +67,6 @@ void Inspector::work() {
       report.found =
           found.ok() ? Result<std::shared_ptr<const Inspection>>(std::make_shared<const Inspection>(*std::move(found)))
                      : found.status();
-      // a library may throw anything for malformed files; the worker also renders other jobs
     } catch (const std::exception& error) {
       report.found = internal_error("the scene cannot be read: {}", error.what());
     }
@@ -85,12 +84,13 @@ Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop
     }
     return clock_.now() < start + kMostTime
                ? ok_status()
-               : make_error(StatusCode::kDeadlineExceeded, "reading the scene takes more than {:.0f} s",
+               : make_error(StatusCode::kDeadlineExceeded,
+                            "reading the scene takes more than {:.0f} s: `lightmill submit` reads it on your machine",
                             to_seconds(kMostTime));
   };
   Result<Inspection> found =
-      inspect_scene(*grant.request, limits_, decoder_,
-                    {[this](const Sha256& digest) { return assets_.get(digest); }, may_continue, upload_});
+      inspect_in_reader(*grant.request, limits_, reader_,
+                        {[this](const Sha256& digest) { return assets_.get(digest); }, uploads_, may_continue});
   spdlog::info("inspection {} of {} files: {} after {:.0f} ms", grant.inspection.value, grant.request->files.size(),
                found.ok() ? "done" : "failed", 1000 * to_seconds(clock_.now() - start));
   return found;

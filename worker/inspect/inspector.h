@@ -9,19 +9,18 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/farm/messages.h"
-#include "worker/inspect/inspect_scene.h"
+#include "worker/inspect/reader_process.h"
 
 namespace lightmill {
 
-/// Runs one inspection at a time. Its thread calls `done` for each one that is not dropped. After one minute, an
-/// inspection ends with DEADLINE_EXCEEDED at its next file or step.
+/// Runs one inspection at a time, in a scene reader. Its thread calls `done` for each one that is not dropped. After one
+/// minute, an inspection ends with DEADLINE_EXCEEDED.
 class Inspector {
  public:
-  using Upload = InspectionHooks::Upload;
   using Done = std::function<void(InspectReport)>;
-  Inspector(AssetCache& assets, const SceneLimits& limits, const DecoderOptions& decoder, Upload upload, Done done,
+  Inspector(AssetCache& assets, const SceneLimits& limits, const ReaderOptions& reader, AssetUploads uploads, Done done,
             const Clock& clock = system_clock());
-  /// Ends after the current step.
+  /// Ends a running inspection at once, unless it waits for a transfer.
   ~Inspector();
 
   /// Replaces an inspection that waits or runs.
@@ -34,8 +33,8 @@ class Inspector {
 
   AssetCache& assets_;
   const SceneLimits limits_;
-  DecoderProcess decoder_;  // used by the thread only
-  const Upload upload_;
+  const ReaderOptions reader_;
+  const AssetUploads uploads_;
   const Done done_;
   const Clock& clock_;
   Mutex mutex_;

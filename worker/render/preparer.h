@@ -41,7 +41,7 @@ class Preparer {
   /// Replaces a waiting task of the same job.
   void add(std::shared_ptr<const JobDescription> description);
   void add(std::shared_ptr<const PilotGrant> pilot);
-  /// Drops the job if it still waits. If it is being prepared, that ends as soon as another task waits.
+  /// Drops the job if it still waits. If its preparation runs, that ends as soon as another task waits.
   void drop(JobId job);
   /// Drops the pilot, even while it runs.
   void drop(LeaseId pilot);

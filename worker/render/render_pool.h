@@ -38,8 +38,8 @@ struct RenderTask {
   std::shared_ptr<const Method> method;
 };
 
-/// Runs tasks in order, but first samples before others, because a picture waits for them. The threads call `done`. The
-/// caller bounds the queue (the session: two tasks per thread).
+/// Runs tasks in order. Tasks with first samples go before others, because a picture waits for them. The threads call
+/// `done`. The caller bounds the queue. (The session queues at most two tasks per thread.)
 class RenderPool {
  public:
   using Done = std::function<void(RenderedTile)>;
@@ -51,7 +51,7 @@ class RenderPool {
   ~RenderPool();
 
   void add(RenderTask task);
-  /// Soon ends a task that waits or runs. Its node then has no values. Does nothing for a completed task.
+  /// Cancels a task. It ends soon, and its node has no values. Does nothing for a completed task.
   void stop(std::uint64_t ticket);
   /// Tickets that threads work on, and the CPU seconds spent on each.
   std::vector<std::pair<std::uint64_t, double>> at_work() const;

@@ -5,17 +5,15 @@
 #include "common/scene/compiled/scene_memory.h"
 
 namespace lightmill {
-namespace {
-
-double gib(std::uint64_t bytes) {
-  return static_cast<double>(bytes) / (1 << 30);
-}
-
-}  // namespace
 
 Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, DecoderProcess& images,
                     std::uint64_t max_bytes) {
-  const auto sizes = [&](ByteView bytes, const std::string& name) { return images.size(bytes, name); };
+  const auto sizes = [&](ByteView bytes, const std::string& name) -> Result<ImageSize> {
+    if (bytes.size() > max_bytes / 2) {  // the decoder gets a copy
+      return resource_exhausted("{} has {} bytes", name, bytes.size());
+    }
+    return images.size(bytes, name);
+  };
   LM_ASSIGN_OR_RETURN(const SceneMemory memory, estimate_memory(scene, assets, sizes));
   return memory.bytes <= max_bytes
              ? ok_status()

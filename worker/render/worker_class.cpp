@@ -11,7 +11,8 @@
 namespace lightmill {
 
 std::string worker_class(const std::filesystem::path& decoder) {
-  // Beside the test render, because the decoder's libraries take as long to load. Without a thread, after it.
+  // In parallel with the test render, because loading the decoder's libraries takes as long. If no thread can start,
+  // the decoder comes after the test render.
   std::future<Result<std::string>> images = std::async(std::launch::async | std::launch::deferred, [&decoder] {
     return fingerprint_of_decoder(decoder, system_clock());
   });
@@ -19,8 +20,8 @@ std::string worker_class(const std::filesystem::path& decoder) {
   const Result<std::string> read = images.get();
   if (!read.ok()) {
     spdlog::warn(
-        "the image decoder does not work, so this worker is in a class of workers without one: {}; such workers render "
-        "no job of other classes",
+        "the image decoder does not work: {}. This worker has a fingerprint class of workers without a decoder, and "
+        "renders no jobs of other classes",
         message_of(read.status()));
   }
   return sha256(fmt::format("{} {}", rendered, read.ok() ? *read : "no images")).hex().substr(0, 16);

@@ -6,9 +6,9 @@
 
 namespace lightmill {
 
-/// A hash of this machine's test render (common/methods/fingerprint.h), and of the fingerprint of its image decoder. So
-/// workers of one class render the same bits, also of scenes with images. Without a decoder that works, a worker has a
-/// class of those without one, and logs why.
+/// A hash of this machine's test render (common/methods/fingerprint.h) and of its image decoder's fingerprint. So
+/// workers of one class render the same bits, also of scenes with images. Workers whose decoder does not work have
+/// classes of their own. The log has the reason.
 std::string worker_class(const std::filesystem::path& decoder);
 
 }  // namespace lightmill

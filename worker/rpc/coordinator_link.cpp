@@ -294,26 +294,20 @@ Result<std::string> CoordinatorLink::download(const Sha256& digest) {
   return status.ok() ? Result<std::string>(std::move(bytes)) : with_context(status, "asset " + digest.hex());
 }
 
-Status CoordinatorLink::upload_missing(const std::map<Sha256, std::string>& assets,
-                                       const std::function<Status()>& may_continue) {
+Result<std::vector<Sha256>> CoordinatorLink::missing(std::span<const Sha256> digests) {
   v1::FindMissingAssetsRequest request;
-  for (const auto& [digest, bytes] : assets) {
+  for (const Sha256& digest : digests) {
     request.add_digests(digest_bytes(digest));
   }
   v1::FindMissingAssetsResponse response;
   LM_RETURN_IF_ERROR(call(kTransferLimit, [&](const Connection& connection, grpc::ClientContext& context) {
     return connection.render->FindMissingAssets(&context, request, &response);
   }));
-  for (const std::string& missing : response.missing()) {
-    LM_RETURN_IF_ERROR(may_continue());
-    LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(missing));
-    const auto found = assets.find(digest);
-    if (found == assets.end()) {
-      return internal_error("the coordinator asks for asset {}, which it was not asked about", digest.hex());
-    }
-    LM_RETURN_IF_ERROR(with_context(upload(digest, as_byte_view(found->second)), "asset " + digest.hex()));
+  std::vector<Sha256> out;
+  for (const std::string& bytes : response.missing()) {
+    LM_ASSIGN_OR_RETURN(out.emplace_back(), digest_from_bytes(bytes));
   }
-  return ok_status();
+  return out;
 }
 
 Status CoordinatorLink::upload(const Sha256& digest, ByteView bytes) {

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -31,7 +31,7 @@ struct LinkHandlers {
 
 inline constexpr const char* kEnrolFileOption = "--enrol-file";
 
-/// The enrolment of a worker: the source of its own token, and its place.
+/// The enrolment of a worker: the enrolment token, and the place of the token that the worker gets.
 struct EnrolmentFiles {
   std::string file;              ///< has an enrolment token; read only when the worker enrols
   StateFolder* state = nullptr;  ///< outlives the link
@@ -68,9 +68,10 @@ class CoordinatorLink {
   /// Downloads an asset from the coordinator of the last stream. Blocks. UNAVAILABLE also if the asset is lost, because
   /// clients may send it again.
   Result<std::string> download(const Sha256& digest);
-  /// Uploads the assets that the coordinator lacks. Blocks. Returns errors like download(), refusals of uploads, and
-  /// errors of `may_continue`, which is called before each asset.
-  Status upload_missing(const std::map<Sha256, std::string>& assets, const std::function<Status()>& may_continue);
+  /// The assets that the coordinator lacks. Blocks. Returns errors like download().
+  Result<std::vector<Sha256>> missing(std::span<const Sha256> digests);
+  /// Uploads an asset. Blocks. Returns errors like download(), and refusals of uploads.
+  Status upload(const Sha256& digest, ByteView bytes);
 
  private:
   struct Connection;
@@ -83,7 +84,6 @@ class CoordinatorLink {
   /// Runs a call on the connection; close() aborts it. UNAVAILABLE.
   template <class Run>
   Status call(std::chrono::seconds limit, const Run& run);
-  Status upload(const Sha256& digest, ByteView bytes);
 
   const CoordinatorAddress farm_;
   const LinkHandlers handlers_;

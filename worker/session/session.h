@@ -1,4 +1,5 @@
-// The worker's side of the protocol, without threads, sockets or clock: timed events in, actions out.
+// Worker's side of the protocol: a state machine without threads, sockets or clock. It takes timed events and returns
+// actions.
 //
 // It holds leases, tiles to render, and results until the coordinator acknowledges them. It does not know scenes,
 // assets or gRPC. The shell feeds it events from one thread at a time. The simulation feeds it from one seed.
@@ -43,8 +44,8 @@ struct SessionConfig {
   /// Backoff after a refusal, which usually lasts until a person acts.
   Duration refused_least = std::chrono::seconds(1), refused_most = std::chrono::minutes(1);
   Duration prepare_retry = std::chrono::seconds(1);
-  /// A drain drops unacknowledged results after so long without progress. The limit is extended by twice the longest
-  /// recent tile while tiles are being rendered.
+  /// A drain drops unacknowledged results after this time without progress. While tiles are being rendered, twice the
+  /// time of the longest recent tile is added.
   Duration drain_limit = std::chrono::seconds(30);
   Duration drain_away_limit = std::chrono::seconds(5);  ///< limit without a connection
 };
@@ -68,7 +69,7 @@ struct PrepareJob {
 struct ForgetJob {
   JobId job;
 };
-/// Queue a tile for the rendering threads, and report `tile_rendered`. At most 2 tiles per thread are out.
+/// Queue a tile for the rendering threads, and report `tile_rendered`. At most 2 tiles per thread are pending.
 struct RenderTile {
   std::uint64_t ticket = 0;  ///< returned with the tile
   std::shared_ptr<const JobDescription> description;
@@ -84,8 +85,8 @@ struct StopTile {
 struct ResultStored {
   std::shared_ptr<const WorkerMessage> message;
 };
-/// Find the cheapest of the grant's methods. Report `pilot_done`, `pilot_failed` or `pilot_unavailable`. It may come
-/// again for the same lease.
+/// Run the grant's pilot, which finds the cheapest method. Report `pilot_done`, `pilot_failed` or `pilot_unavailable`.
+/// It may come again for the same lease.
 struct RunPilot {
   std::shared_ptr<const PilotGrant> grant;
 };
@@ -93,7 +94,7 @@ struct RunPilot {
 struct DropPilot {
   LeaseId lease;
 };
-/// Read scene files instead of earlier ones. Report `inspection_done`.
+/// Read scene files. An earlier inspection is dropped. Report `inspection_done`.
 struct RunInspection {
   std::shared_ptr<const InspectGrant> grant;
 };
@@ -120,7 +121,7 @@ struct RenderedTile {
   Node node;
   Hash128 hash;        ///< hash_of(node), computed by the rendering thread
   double seconds = 0;  ///< thread time
-  /// Why there are no values although the tile was not stopped: what this worker lacks for the job. Other workers may
+  /// Set if the tile has no values, although it was not stopped: what this worker lacks for the job. Other workers may
   /// have it.
   std::string lacks = {};
 };

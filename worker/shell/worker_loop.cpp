@@ -3,6 +3,7 @@
 #include "common/base/check.h"
 #include "common/base/log.h"
 #include "common/base/text.h"
+#include "common/security/caller.h"
 
 namespace lightmill {
 namespace {
@@ -25,18 +26,6 @@ bool is_passing(const Status& status) {
     default:
       return false;
   }
-}
-
-/// Whether the coordinator refuses this worker until a person acts, or another worker leaves.
-bool is_refusal(const Status& status) {
-  return status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated ||
-         status.code() == StatusCode::kResourceExhausted;
-}
-
-/// "job 1, samples [0, 16), tile 3".
-std::string text_of(const NodeKey& key) {
-  return fmt::format("job {}, samples [{}, {}), tile {}", key.job.value, key.range.first(), key.range.end(),
-                     key.tile.value);
 }
 
 /// Another worker may render a job that exceeds this worker's limits (Preparer), or needs something that it lacks.
@@ -66,12 +55,12 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
           [this](LeaseId lease, Result<PilotReport> report) {
             post([this, lease, report = std::move(report)](Time now) { pilot_done(lease, report, now); });
           }),
-      inspector_(
-          assets_, options.scene, options.decoder,
-          [this](const auto& assets, const auto& may_continue) { return link_.upload_missing(assets, may_continue); },
-          [this](InspectReport report) {
-            post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });
-          }),
+      inspector_(assets_, options.scene, {.program = options.reader, .decoder = options.decoder},
+                 {[this](std::span<const Sha256> digests) { return link_.missing(digests); },
+                  [this](const Sha256& digest, ByteView bytes) { return link_.upload(digest, bytes); }},
+                 [this](InspectReport report) {
+                   post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });
+                 }),
       pool_(
           options.session.threads,
           [this](RenderedTile tile) {
@@ -225,14 +214,14 @@ void WorkerLoop::perform(const RenderTile& action) {
     return;
   }
   const LogTrace about(action.trace, action.lease.value);
-  spdlog::debug("lease {}: {} is to be rendered", action.lease.value, text_of(action.key));
+  spdlog::debug("lease {}: {} is to be rendered", action.lease.value, describe(action.key));
   pool_.add({action.ticket, action.key.range, job.grid.tile_rect(action.key.tile), job.method});
 }
 
 void WorkerLoop::perform(const SendMessage& action) {
   if (const auto* const result = std::get_if<WorkerResult>(action.message.get())) {
     const LogTrace about(result->trace, result->lease.value);
-    spdlog::debug("lease {}: {} is rendered in {:.3f} s and sent", result->lease.value, text_of(result->key),
+    spdlog::debug("lease {}: {} is rendered in {:.3f} s and sent", result->lease.value, describe(result->key),
                   result->seconds);
   }
   link_.send(action.message);
@@ -241,7 +230,7 @@ void WorkerLoop::perform(const SendMessage& action) {
 void WorkerLoop::perform(const ResultStored& action) {
   const auto& result = std::get<WorkerResult>(*action.message);
   const LogTrace about(result.trace, result.lease.value);
-  spdlog::debug("lease {}: {} is stored by the coordinator", result.lease.value, text_of(result.key));
+  spdlog::debug("lease {}: {} is stored by the coordinator", result.lease.value, describe(result.key));
 }
 
 void WorkerLoop::perform(const LogNotice& action) {

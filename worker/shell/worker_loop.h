@@ -23,7 +23,8 @@ struct WorkerOptions {
   SceneCacheLimits scenes;
   SceneLimits scene;
   DecoderOptions decoder;
-  std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< limit of cached assets
+  std::filesystem::path reader = ReaderOptions().program;  ///< the program that reads uploaded scenes
+  std::uint64_t asset_bytes = std::uint64_t{1} << 30;      ///< limit of cached assets
   std::function<void()> connected = {};  ///< called once, at the first connection; all threads run by then
   RenderPool::Tamper tamper = {};        ///< only for tests of dishonest workers
 };
@@ -31,7 +32,7 @@ struct WorkerOptions {
 class WorkerLoop {
  public:
   WorkerLoop(const WorkerOptions& options, const Clock& clock);
-  /// Runs until the session ends. Returns an error if it was dismissed.
+  /// Runs until the session ends. Returns an error if the coordinator dismissed the worker.
   Status run();
   /// Finishes or gives back current work, then leaves. Thread-safe.
   void drain();

@@ -75,8 +75,7 @@ Status StateFolder::commit_pending_token() {
   if (error) {
     return unavailable("cannot write {}: {}", token_file().string(), error.message());
   }
-  sync_folder_of(token_file());
-  return ok_status();
+  return sync_folder_of(token_file());
 }
 
 Result<fs::path> default_state_root() {

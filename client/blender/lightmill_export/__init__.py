@@ -5,7 +5,7 @@ It runs in Blender:
   blender --background --factory-startup --disable-autoexec SCENE.blend --python run.py -- FOLDER
 
 FOLDER gets scene.json, its meshes and images, and report.json: {"notices": ["…"], "cameras": [{"name", "camera"}]}. A
-notice names everything that a document cannot say, and what it says instead.
+notice names everything that a document cannot express, and what it has instead.
 
   scene.py      objects of the render, and the document as a whole
   meshes.py     evaluated meshes as OBJ files
@@ -15,5 +15,5 @@ notice names everything that a document cannot say, and what it says instead.
   values.py     values of sockets: constants and texels; math_nodes.py has the nodes that compute them
   images.py     image textures: coordinates and files
   closures.py   shader nodes as a weighted list of closures; materials.py turns them into a material
-  principled.py Blender's principled shader, and the difference to ours
+  principled.py Blender's principled shader as parameters of Lightmill's
 """

@@ -5,19 +5,19 @@ from .nodes import Input, Node
 
 
 def read_bend(maker, inputs, are_all):
-    """The linked Normal inputs of the shaders of a material. `are_all`: of each that has such an input."""
+    """Reads the linked Normal inputs of a material's shaders. `are_all`: every Normal input is linked."""
     sources = [one.source() for one in inputs]
     if len({source[0] for source in sources}) > 1 or not are_all:
-        maker.notices.here("left out: its shaders have several normals, and the first counts for all")
+        maker.notices.here("left out: its shaders have different normals. All of them use the first")
     bend(maker, Node(sources[0][0], sources[0][2]))
 
 
 def bend(maker, inside):
     node = inside.node
     if node.type not in ("NORMAL_MAP", "BUMP"):
-        maker.notices.node(node, "left out: only normal maps and bumps change normals here")
+        maker.notices.node(node, "left out: Lightmill changes normals only by normal maps and bump maps")
         return
-    maker.notices.add("Normal maps and bumps lose no light here. In Blender, diffuse surfaces that they bend are darker")
+    maker.notices.add("Diffuse surfaces with normal maps or bump maps are brighter than in Blender, which loses light there")
     (normal_map if node.type == "NORMAL_MAP" else bump)(maker, inside)
     inside.name_unread(maker.notices)
 
@@ -25,21 +25,21 @@ def bend(maker, inside):
 def normal_map(maker, inside):
     node, reader = inside.node, maker.reader
     if node.space != "TANGENT":
-        maker.notices.node(node, f"left out: its space is {node.space}, and not TANGENT")
+        maker.notices.node(node, f"left out: its space is {node.space}. Lightmill supports only TANGENT")
         return
     strength = reader.number(inside.input("Strength"), node)
     value = reader.color(inside.input("Color"))
     if value.image is None:
-        maker.notices.node(node, "left out: its colour is no image")
+        maker.notices.node(node, "left out: its colour is not an image")
         return
     if not np.all(value.rgb == 1):
         value = reader.combine(lambda c: c, [value], node)
     if strength != 1:
-        maker.notices.node(node, f"its strength {strength:g} scales the slopes here, and not the normals")
+        maker.notices.node(node, f"its strength {strength:g} scales the slopes, not the normals as in Blender")
     if node.uv_map and (value.image.place.kind, value.image.place.name) != ("UV", node.uv_map):
-        maker.notices.node(node, f"left out: its tangents are those of the image's coordinates, and not of {node.uv_map}")
+        maker.notices.node(node, f"left out: its UV map {node.uv_map}. The tangents follow the image's coordinates")
     if not np.allclose(value.image.place.affine()[:2, :2], np.diag(np.diag(value.image.place.affine()[:2, :2]))):
-        maker.notices.node(node, "its tangents turn with the Mapping node here")
+        maker.notices.node(node, "the Mapping node also rotates its tangents, unlike in Blender")
     maker.document["normal_map"] = {"texture": maker.uses.add(value.image, node), "scale": strength}
 
 
@@ -50,10 +50,10 @@ def bump(maker, inside):
     value = reader.scalar(inside.input("Height"))
     if value.image is None:
         if inside.input("Height").node() is not None:
-            maker.notices.node(node, "left out: its height is no image")
+            maker.notices.node(node, "left out: its height is not an image")
         return
     if strength != 1:
-        maker.notices.node(node, f"its strength {strength:g} scales the height here, and not the normals")
+        maker.notices.node(node, f"its strength {strength:g} scales the height, not the normals as in Blender")
     bump_map(maker, value, height * strength, node)
 
 
@@ -72,24 +72,24 @@ def read_displacement(maker, material, socket, bent):
     holder = material.cycles if hasattr(material.cycles, "displacement_method") else material  # Blender 4.1
     method = holder.displacement_method
     if method != "BUMP":
-        maker.notices.node(node, "left out: surfaces are not displaced here"
-                           + (", and have no bumps" if method == "DISPLACEMENT" else ""))
+        maker.notices.node(node, "left out: Lightmill does not displace surfaces"
+                           + (". It adds no bump map either" if method == "DISPLACEMENT" else ""))
         if method == "DISPLACEMENT":
             return
     if node.type != "DISPLACEMENT":
-        maker.notices.node(node, "left out: only a Displacement node with an image bends normals here")
+        maker.notices.node(node, "left out: only a Displacement node with an image changes normals")
         return
     inside = Node(node, groups)
     if bent:
-        maker.notices.node(node, "left out: the material has another normal map or bump, and one counts")
+        maker.notices.node(node, "left out: the material already has a normal map or bump map")
         return
     scale = maker.reader.number(inside.input("Scale"), node)
     value = maker.reader.scalar(inside.input("Height"))
     inside.name_unread(maker.notices)
     if value.image is None:
         if inside.input("Height").node() is not None:
-            maker.notices.node(node, "left out: its height is no image")
+            maker.notices.node(node, "left out: its height is not an image")
         return
     if node.space != "OBJECT":
-        maker.notices.node(node, "its heights are in the scene's units here")
+        maker.notices.node(node, "its heights are in scene units, unlike in Blender")
     bump_map(maker, value, scale, node)

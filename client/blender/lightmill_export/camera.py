@@ -1,7 +1,7 @@
 """Cameras, and the film.
 
-A document's camera is a thin lens in perspective. A notice names what differs: orthographic and panoramic cameras, and the
-shape of the aperture.
+A document's camera is a thin lens in perspective. Notices name the differences of orthographic and panoramic cameras, and
+of the aperture's shape.
 """
 import math
 
@@ -18,20 +18,20 @@ def film(scene, notices):
     percent = render.resolution_percentage / 100
     width, height = max(1, int(render.resolution_x * percent)), max(1, int(render.resolution_y * percent))
     if render.pixel_aspect_x != render.pixel_aspect_y:
-        notices.here(f"pixels are square here, and not {render.pixel_aspect_x:g}:{render.pixel_aspect_y:g}")
+        notices.here(f"left out: the pixel aspect {render.pixel_aspect_x:g}:{render.pixel_aspect_y:g}. Pixels are square")
     if render.use_border:
-        notices.here("the render region is left out: all of the picture is rendered")
+        notices.here("left out: the render region. The whole picture is rendered")
     if render.film_transparent:
-        notices.here("the transparent film is left out: the picture shows the world")
+        notices.here("left out: the transparent film. The picture shows the world")
     if scene.cycles.film_exposure != 1:
-        notices.here(f"the exposure {scene.cycles.film_exposure:g} is left out")
+        notices.here(f"left out: the exposure {scene.cycles.film_exposure:g}")
     if scene.render.use_motion_blur:
-        notices.here("motion blur is left out")
+        notices.here("left out: motion blur")
     return {"width": width, "height": height, "filter": pixel_filter(scene.cycles)}
 
 
 def pixel_filter(cycles):
-    """Cycles' width is that of the support. Its Gaussian has a standard deviation of width/12; ours of radius/3."""
+    """Cycles' width is that of the support. Its Gaussian has the standard deviation width/12, and ours radius/3."""
     if cycles.pixel_filter_type == "BOX":
         return {"kind": "BOX"}
     width = cycles.filter_width
@@ -54,16 +54,16 @@ def export(camera, world_matrix, scene, notices):
     if data.type == "ORTHO":
         height = data.ortho_scale / (aspect if wide else 1)
         distance = FAR * data.ortho_scale
-        notices.here(f"it is orthographic: the picture is in perspective, from {FAR} times its width away, and shows what is "
-                     "behind the camera")
+        notices.here(f"it is orthographic, and is replaced by a perspective camera {FAR} times its width away. The picture also "
+                     "shows objects behind the original camera")
         eye = eye - forward * distance
         fov = 2 * math.atan(height / 2 / distance)
         focus, lens_radius = distance + focus_distance(camera, world_matrix), 0.0
         if data.dof.use_dof:
-            notices.here("its depth of field is left out")
+            notices.here("left out: its depth of field")
     else:
         if data.type != "PERSP":
-            notices.here("it is panoramic: the picture is in perspective")
+            notices.here("it is panoramic, and is replaced by a perspective camera")
         half = sensor / 2 / data.lens / (aspect if wide else 1)
         fov = 2 * math.atan(half)
         focus = focus_distance(camera, world_matrix)
@@ -79,7 +79,7 @@ def export(camera, world_matrix, scene, notices):
 
 
 def focus_distance(camera, world_matrix):
-    """Along the view."""
+    """Distance in focus along the view, in scene units."""
     dof = camera.data.dof
     if dof.focus_object is None:
         return dof.focus_distance
@@ -90,10 +90,10 @@ def focus_distance(camera, world_matrix):
 
 
 def aperture(data, notices):
-    """Cycles' lenses are in millimetres, its scenes in metres."""
+    """Radius of the lens in scene units. Cycles' focal lengths are in millimetres, its scenes in metres."""
     dof = data.dof
     if dof.aperture_blades >= 3:
-        notices.here(f"its aperture is round here, and has not {dof.aperture_blades} blades")
+        notices.here(f"left out: the {dof.aperture_blades} blades of its aperture, which is round")
     if dof.aperture_ratio != 1:
-        notices.here(f"its aperture is round here: the ratio {dof.aperture_ratio:g} is left out")
+        notices.here(f"left out: the ratio {dof.aperture_ratio:g} of its aperture, which is round")
     return data.lens * 1e-3 / (2 * dof.aperture_fstop)

@@ -47,7 +47,7 @@ class ClosureReader:
             closures = SHADERS[node.type](self, inside, weight)
             inside.name_unread(self.notices)
             return closures
-        self.notices.node(node, "left out: it is black here")
+        self.notices.node(node, "left out: Lightmill has no such shader, and shows black")
         return []
 
     def factor(self, inside):
@@ -59,16 +59,16 @@ class ClosureReader:
         return [Closure(kind, inside.node, weight, self.reader.color(socket), numbers or {}, inside.input("Normal"))]
 
     def without(self, inside, *names):
-        """Says that inputs are left out, if they are linked or not 0."""
+        """Adds notices that these inputs are left out, if they are linked or not 0."""
         for name in names:
             socket = inside.input(name)
             if socket is None:
                 continue
             node, output, _groups = socket.source()
             if node is not None:
-                self.notices.node(node, f"left out: {name} of {inside.node.name} counts as 0")
+                self.notices.node(node, f"{name} of {inside.node.name} is treated as 0")
             elif output is not None and hasattr(output, "default_value") and np.any(np.array(output.default_value) != 0):
-                self.notices.node(inside.node, f"left out: {name} {shown(output.default_value)} counts as 0")
+                self.notices.node(inside.node, f"{name} {shown(output.default_value)} is treated as 0")
 
 
 def shown(value):
@@ -81,18 +81,18 @@ def diffuse(self, inside, weight):
 
 
 def alike(text):
-    """A shader that counts as diffuse."""
+    """Reader of a shader that is replaced by a diffuse one."""
     def read(self, inside, weight):
-        self.notices.node(inside.node, f"left out: it counts as diffuse. {text}")
+        self.notices.node(inside.node, f"left out: Lightmill has no such shader, and uses a diffuse one. {text}")
         return self.one("diffuse", inside, weight)
     return read
 
 
 def distribution(self, inside, exact):
-    """Whether light that meets several facets counts."""
+    """Whether the shader has multiple scattering between microfacets."""
     kind = inside.node.distribution
     if kind not in exact:
-        self.notices.node(inside.node, f"left out: its facets are {kind}, and GGX here")
+        self.notices.node(inside.node, f"its distribution {kind} is replaced by GGX")
     return kind == "MULTI_GGX"
 
 
@@ -116,7 +116,7 @@ def glass(self, inside, weight):
     smooth = rough.is_constant() and rough.rgb[0] == 0
     multiple = distribution(self, inside, ("SHARP", "GGX", "MULTI_GGX") + (("BECKMANN",) if smooth else ()))
     if inside.node.type == "BSDF_REFRACTION":
-        self.notices.node(inside.node, "left out: it also reflects here")
+        self.notices.node(inside.node, "it is replaced by glass, which also reflects")
     return self.one("glass", inside, weight, {"roughness": rough, "multiple": multiple,
                                               "ior": self.reader.number(inside.input("IOR"), inside.node)})
 
@@ -133,7 +133,7 @@ def emission(self, inside, weight):
 
 
 def hold_out(self, inside, _weight):
-    self.notices.node(inside.node, "left out: it is black here, and not a hole in the picture")
+    self.notices.node(inside.node, "it is black, not a hole in the picture as in Blender")
     return []
 
 
@@ -145,9 +145,9 @@ def principled(self, inside, weight):
 SHADERS = {
     "BSDF_DIFFUSE": diffuse, "BSDF_GLOSSY": glossy, "BSDF_ANISOTROPIC": glossy, "BSDF_GLASS": glass,
     "BSDF_REFRACTION": glass, "BSDF_TRANSPARENT": transparent, "BSDF_PRINCIPLED": principled, "EMISSION": emission,
-    "BACKGROUND": emission, "HOLDOUT": hold_out, "BSDF_TRANSLUCENT": alike("Light does not come through"),
-    "SUBSURFACE_SCATTERING": alike("Light leaves where it enters"), "BSDF_VELVET": alike("It has no sheen"),
-    "BSDF_SHEEN": alike("It has no sheen"), "BSDF_TOON": alike("It has no steps"), "BSDF_HAIR": alike("It has no highlight"),
+    "BACKGROUND": emission, "HOLDOUT": hold_out, "BSDF_TRANSLUCENT": alike("No light passes through it"),
+    "SUBSURFACE_SCATTERING": alike("It has no subsurface scattering"), "BSDF_VELVET": alike("It has no sheen"),
+    "BSDF_SHEEN": alike("It has no sheen"), "BSDF_TOON": alike("Its shading has no steps"), "BSDF_HAIR": alike("It has no highlight"),
     "BSDF_HAIR_PRINCIPLED": alike("It has no highlight"),
-    "EEVEE_SPECULAR": alike("Cycles does not know it"),
+    "EEVEE_SPECULAR": alike("Cycles does not support it"),
 }

@@ -1,7 +1,7 @@
 """Images of textures: their texels, their coordinates and their files.
 
-Coordinates are an affine function of a UV map, of the generated coordinates or of the object's. meshes.py computes them for
-each corner, so a Mapping node is exact.
+Coordinates are an affine function of a UV map, or of generated or object coordinates. meshes.py computes them for each
+corner, so a Mapping node is exact.
 """
 import math
 import os
@@ -52,7 +52,7 @@ class ImageUse:
         return replace(self, channel=channel)
 
     def with_texels(self, texels):
-        """The same place with other colours."""
+        """An image with these texels at the same coordinates."""
         alpha = np.ones((*texels.shape[:2], 1), dtype=np.float32)
         texels = texels.astype(np.float32)
         return replace(self, source=None, pixels=np.concatenate([texels, alpha], axis=-1), channel="COLOR")
@@ -69,7 +69,7 @@ def is_data(image):
 
 
 def load_pixels(image):
-    """As Cycles reads them, before alpha: linear."""
+    """RGBA as Cycles reads it: linear, before multiplication by alpha. Shape (height, width, 4)."""
     width, height = image.size
     channels = image.channels
     flat = np.empty(width * height * channels, dtype=np.float32)
@@ -93,11 +93,11 @@ def read_image_node(reader, node, output):
     place = replace(placement(reader, node.input("Vector"), n, "UV"), wrap=WRAPS[n.extension],
                     nearest=n.interpolation == "Closest")
     if n.projection != "FLAT":
-        reader.notices.node(n, f"left out: its projection {n.projection.lower()} counts as flat")
+        reader.notices.node(n, f"its projection {n.projection.lower()} is treated as flat")
     if n.extension == "CLIP":
-        reader.notices.node(n, "outside of the image, its border continues here. In Blender there is black")
+        reader.notices.node(n, "beyond the image, its border continues. In Blender it is black there")
     if n.interpolation in ("Cubic", "Smart"):
-        reader.notices.node(n, f"its interpolation {n.interpolation.lower()} is bilinear here")
+        reader.notices.node(n, f"its interpolation {n.interpolation.lower()} is replaced by bilinear")
     use = checked(reader, n, place)
     alpha_used = any(socket.is_linked for socket in n.outputs if socket.name == "Alpha")
     use = with_blender_alpha(use, n.image, alpha_used)
@@ -108,25 +108,25 @@ def read_environment_node(reader, node):
     n = node.node
     place = placement(reader, node.input("Vector"), n, "DIRECTION")
     if n.projection != "EQUIRECTANGULAR":
-        reader.notices.node(n, "left out: its projection mirror ball counts as equirectangular")
+        reader.notices.node(n, "its projection mirror ball is treated as equirectangular")
     if n.interpolation != "Linear":
-        reader.notices.node(n, f"its interpolation {n.interpolation.lower()} is bilinear here")
+        reader.notices.node(n, f"its interpolation {n.interpolation.lower()} is replaced by bilinear")
     return checked(reader, n, place)
 
 
 def checked(reader, n, place):
-    """The node's image. Cycles shows a missing one in magenta."""
+    """The node's image. Like in Cycles, a missing one is magenta."""
     image = n.image.original if n.image is not None else None
     if image is None:
         return ImageUse("none", place, pixels=np.array([[[0.0, 0.0, 0.0, 1.0]]]))
     if image.source not in ("FILE", "GENERATED"):
-        reader.notices.node(n, f"left out: of the {image.source.lower()} image {image.name}, one picture counts")
+        reader.notices.node(n, f"left out: all but one picture of the {image.source.lower()} image {image.name}")
     if image.size[0] == 0 or image.size[0] * image.size[1] > MOST_TEXELS:
-        reader.notices.node(n, f"left out: the image {image.name} is missing or too large, and counts as magenta")
+        reader.notices.node(n, f"the image {image.name} is missing or too large, and is shown in magenta")
         return ImageUse(image.name, place, pixels=np.array([[[1.0, 0.0, 1.0, 1.0]]]))
     name = image.colorspace_settings.name
     if not is_data(image) and name != "sRGB":
-        reader.notices.node(n, f"left out: the colour space {name} of {image.name} counts as sRGB")
+        reader.notices.node(n, f"the colour space {name} of {image.name} is treated as sRGB")
     return ImageUse(image.name, place, source=image)
 
 
@@ -146,13 +146,13 @@ def with_blender_alpha(use, image, alpha_used):
 
 
 def placement(reader, socket, owner, default):
-    """Coordinates at the input of an image node."""
+    """The coordinates at the input of an image node, as a Placement."""
     node, _output, groups = socket.source()
     if node is None:
         return Placement(default, "", identity())
     found = coordinates(reader, socket)
     if found is None:
-        reader.notices.node(node, "left out: other coordinates than UV, generated and object ones count as "
+        reader.notices.node(node, "coordinates other than UV, Generated and Object are replaced by "
                             + ("directions" if default == "DIRECTION" else "the UV map"))
         return Placement(default, "", identity())
     kind, name, matrix = found
@@ -278,7 +278,7 @@ class ImageFiles:
         return name
 
     def write_texels(self, texels):
-        """A portable float map."""
+        """Writes a portable float map. Returns its file."""
         name = self.new_name("pfm")
         height, width = texels.shape[:2]
         with open(os.path.join(self.folder, name), "wb") as file:

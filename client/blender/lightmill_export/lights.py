@@ -1,14 +1,14 @@
 """Lights of Blender, with the strengths that Cycles gives them.
 
 A point light of P watts has the intensity P/(4π), whatever its radius. An area light of P watts has the radiance P/(4 area), and
-with a spread 1/(1 − h cot h) of it, where h is half of the spread. A sun's strength is the irradiance of a small one on a surface
-that faces it.
+with a spread 1/(1 − h cot h) times that, where h is half of the spread. The strength of a small sun is its irradiance on a
+surface that faces it.
 
-Cycles before Blender 4.0 differs from later ones, and from ours:
+Cycles before Blender 4.0 differs from later versions, and from Lightmill:
 - A light with a radius is a disk that faces the point that it lights.
 - A spot falls off with the cosine within its cone.
 - At the angle θ from its middle, the radiance of a sun's disk is proportional to 1/cos³θ.
-The powers of the last two are kept.
+For the last two, the exported light has the same power.
 """
 import math
 
@@ -18,7 +18,7 @@ from . import space
 from .values import ValueReader
 
 OLD = bpy.app.version < (4, 0, 0)
-LEAST_SPREAD = 1.0  # degrees, of a document
+LEAST_SPREAD = 1.0  # degrees: the limit of documents
 CUTOFF_RANGE = (0.001, 180.0)
 
 
@@ -30,7 +30,7 @@ def export(light, world_matrix, notices):
         return None  # it only guides Cycles' samples
     color = [data.energy * own * factor for own, factor in zip(data.color, emission_factor(data, notices))]
     if min(color) < 0:
-        notices.here("it takes light away: its negative strength counts as 0")
+        notices.here("its negative strength is treated as 0")
         color = [max(c, 0) for c in color]
     check(light, data, notices)
     kind, shape, has_size = KINDS[data.type](data, color, space.axes(world_matrix), notices)
@@ -43,7 +43,7 @@ def export(light, world_matrix, notices):
 
 
 def emission_factor(data, notices):
-    """What the light's nodes multiply its colour with."""
+    """The factors by which the light's nodes multiply its colour."""
     if not data.use_nodes or data.node_tree is None:
         return [1, 1, 1]
     reader = ValueReader(notices)
@@ -54,30 +54,30 @@ def emission_factor(data, notices):
     total = [0.0, 0.0, 0.0]
     for closure in ClosureReader(reader).read(end.inputs["Surface"]):
         if closure.kind != "emission":
-            notices.node(closure.node, "left out: it is no emission, and only emission shines")
+            notices.node(closure.node, "left out: lights have only emission shaders")
             continue
         total = [t + c for t, c in zip(total, reader.even(closure.weight_color(reader), closure.node))]
     return total
 
 
 def check(light, data, notices):
-    """Says what the document's lights do not have."""
+    """Adds notices on properties that the document's lights lack."""
     kinds = ("diffuse", "glossy", "transmission", "volume_scatter")
     unseen = [kind for kind in kinds if not getattr(light, f"visible_{kind}")]
     if unseen:
-        notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, but not here")
+        notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, and visible in Lightmill")
     if not data.cycles.cast_shadow:
-        notices.here("it casts no shadows in Blender. Here it casts them")
+        notices.here("it casts no shadows in Blender. In Lightmill it does")
     if data.cycles.max_bounces < 1024:
-        notices.here(f"its limit of {data.cycles.max_bounces} bounces is left out")
+        notices.here(f"left out: its limit of {data.cycles.max_bounces} bounces")
     if getattr(light, "light_linking", None) and light.light_linking.receiver_collection:
-        notices.here("its light linking is left out: it lights all objects")
+        notices.here("left out: its light linking. It lights all objects")
 
 
 def group_name(name, notices):
     fitting = "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "_" for c in name)[:64]
     if fitting != name:
-        notices.here(f"its light group {name} is named {fitting} here")
+        notices.here(f"its light group {name} is renamed to {fitting}")
     return fitting
 
 
@@ -87,8 +87,8 @@ def rgb(color, factor=1.0):
 
 def say_disk(data, notices):
     if OLD and data.shadow_soft_size > 0:
-        notices.add("Lights with a radius are spheres here, and not disks that face what they light, as in this version of Blender. "
-                    "Near a light there is more light")
+        notices.add("Lights with a radius are spheres. In this version of Blender they are disks that face the lit point, and give "
+                    "less light nearby")
 
 
 def point(data, color, axes, notices):
@@ -100,16 +100,16 @@ def point(data, color, axes, notices):
 def spot(data, color, axes, notices):
     lengths = [axis.length for axis in axes[:3]]
     if max(lengths) > 1.001 * min(lengths):
-        notices.here("its cone is round here: the different scales of its axes are left out")
+        notices.here("left out: the different scales of its axes. Its cone is round")
     half = min(max(math.degrees(data.spot_size) / 2, CUTOFF_RANGE[0]), CUTOFF_RANGE[1])
     cosine = math.cos(math.radians(half))
-    # Both fall off with the same polynomial of the cosine, over `spot_blend` of it in Blender.
+    # Blender's falloff is the same polynomial of the cosine, over the share `spot_blend` of the cosine's range.
     inner = math.degrees(math.acos(min(cosine + (1 - cosine) * data.spot_blend, 1.0)))
     blend = min(max(1 - inner / half, 0.0), 1.0)
     power = 1.0
     if OLD:
         power = cosine_share(cosine, data.spot_blend)
-        notices.add("Spots are even within their cone here, and do not fall off with the cosine as in this version of Blender. Their "
+        notices.add("Spot lights are uniform within their cone. In this version of Blender they fall off with the cosine. Their "
                     "power is the same")
     say_disk(data, notices)
     shape = {"position": space.vector(axes[3]), "direction": space.vector(-axes[2]),
@@ -121,7 +121,7 @@ def cosine_share(cosine, blend):
     """The mean cosine of the light in a spot's cone."""
     weights = cosines = 0.0
     for i in range(1000):
-        t = (i + 0.5) / 1000  # even in the cosine, from the rim
+        t = (i + 0.5) / 1000  # uniform in the cosine, from the rim
         s = min(t / blend, 1.0) if blend > 0 else 1.0
         weight = s * s * (3 - 2 * s)
         weights += weight
@@ -134,7 +134,7 @@ def sun(data, color, axes, notices):
     cosine = math.cos(math.radians(angle) / 2)
     share = 2 * cosine / (1 + cosine) if OLD else 1.0  # the mean of cos θ
     if share < 0.99:
-        notices.here("its disk is even here, and not brighter at its rim as in this version of Blender. Its power is the same")
+        notices.here("its disk is uniform. In this version of Blender the rim is brighter. Its power is the same")
     shape = {"direction": space.vector(-axes[2]), "irradiance": rgb(color, share), "angle_degrees": angle}
     return "directional", shape, angle > 0
 
@@ -149,13 +149,13 @@ def area(data, color, axes, notices):
     surface = width * height * (math.pi / 4 if round_shape else 1)
     spread = math.degrees(data.spread)
     if spread < LEAST_SPREAD:
-        notices.here(f"its spread is {LEAST_SPREAD:g}° here, the least there is")
+        notices.here(f"its spread is raised to {LEAST_SPREAD:g}°, the minimum")
         spread = LEAST_SPREAD
     spread = min(spread, 180.0)
     half = math.radians(spread / 2)
     kept = 1.0 if spread >= 180 else 1 - half / math.tan(half)
     if abs(axes[0].normalized().dot(axes[1].normalized())) > 1e-3:
-        notices.here("its sides are at a right angle here: its shear is left out")
+        notices.here("left out: its shear. Its sides are at a right angle")
     shape = {"position": space.vector(axes[3]), "direction": space.vector(-axes[2]), "up": space.vector(axes[1]),
              "radiance": rgb(color, 1 / (4 * surface * kept)), "spread_degrees": spread}
     if round_shape:

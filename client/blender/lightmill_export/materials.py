@@ -10,8 +10,8 @@ from .principled import OLD, diffuse_factor
 from .textures import Textures
 from .values import Value, ValueReader, constant
 
-LEAST_GLOSS = 0.01  # roughness below which ours is smooth
-SCHLICK_MEAN = 1 / 21  # of (1 − cos)⁵ in even light
+LEAST_GLOSS = 0.01  # roughness below which a glossy shader becomes a mirror
+SCHLICK_MEAN = 1 / 21  # mean of (1 − cos)⁵ in uniform light
 
 
 @dataclass
@@ -23,7 +23,7 @@ class Made:
 
 
 class Materials:
-    """All materials of a scene, by Blender's."""
+    """The document's materials, by the name of Blender's material."""
 
     def __init__(self, files, notices):
         self.textures = Textures(files, notices)
@@ -32,7 +32,7 @@ class Materials:
         self.names = set()
 
     def of(self, material):
-        """The material's entry. None is Cycles' own: a grey one."""
+        """The document's material for one of Blender's. For None it is grey, as in Cycles."""
         key = material.name_full if material is not None else None
         if key not in self.made:
             self.notices.about = f"material {material.name}" if material is not None else "objects without a material"
@@ -74,7 +74,7 @@ class MaterialMaker:
         surface = ClosureReader(self.reader).read(end.inputs["Surface"]) if end is not None else []
         if end is not None and end.inputs["Volume"].is_linked:
             volume = end.inputs["Volume"].links[0].from_node
-            self.notices.node(volume, "left out: surfaces have no volume here")
+            self.notices.node(volume, "left out: Lightmill has no volume shaders")
             if not end.inputs["Surface"].is_linked:
                 self.document.update({"diffuse": {"reflectance": black()}, "opacity": {"value": 0}})
                 return
@@ -85,7 +85,7 @@ class MaterialMaker:
         if end is not None and end.inputs["Displacement"].is_linked:
             read_displacement(self, material, end.inputs["Displacement"], bool(bends))
 
-    # The parts of the list.
+    # Opacity, emission and reflection of a list of closures.
 
     def fit(self, closures):
         holes = [c for c in closures if c.kind == "transparent"]
@@ -98,19 +98,19 @@ class MaterialMaker:
             self.glow(glow, opacity, share)
 
     def share(self, closure, opacity, mean_opacity):
-        """A closure's share in what is opaque: 1 if the opacity is its weight."""
+        """A closure's share in the opaque part: 1 if its weight is the opacity itself."""
         if closure.weight is opacity:
             return 1.0
         return float(self.reader.even(closure.weight, closure.node).mean()) / mean_opacity
 
     def opacity(self, holes, others):
-        """1 − the weight of the holes."""
+        """1 − the weight of the transparent closures."""
         if not holes:
             return constant(1.0)
         for hole in holes:
             if not (hole.color.is_constant() and np.all(hole.color.rgb == 1)):
-                self.notices.node(hole.node, "left out: its colour. What is behind is seen through a hole here, whose share "
-                                  "is the colour's luminance")
+                self.notices.node(hole.node, "its colour does not tint what is behind it. Its luminance is the "
+                                  "transparency")
         clear = len(holes) == 1 and holes[0].color.is_constant() and np.all(holes[0].color.rgb == 1)
         if clear and len({id(c.weight) for c in others}) == 1:
             value = others[0].weight
@@ -137,7 +137,7 @@ class MaterialMaker:
         if total.colors is not None:
             total = constant(*self.reader.even(total, node))
         if np.any(total.rgb < 0):
-            self.notices.node(node, "left out: its negative emission counts as 0")
+            self.notices.node(node, "its negative emission is treated as 0")
             total = Value(np.maximum(total.rgb, 0), total.image)
         if np.all(total.rgb == 0):
             return
@@ -148,8 +148,8 @@ class MaterialMaker:
         parts = [(c, share) for c, share in parts if share > 0]
         total = sum(share for _, share in parts)
         if total > 1 + 1e-6:
-            self.notices.node(parts[0][0].node, "left out: it gives more light than arrives. All shaders of the sum are weaker "
-                              "here")
+            self.notices.node(parts[0][0].node, "the sum of shaders reflects more light than arrives. All of them are "
+                              "scaled down")
             parts = [(c, share / total) for c, share in parts]
         if not parts:
             self.diffuse(constant(0.0), None)
@@ -179,7 +179,7 @@ class MaterialMaker:
         elif closure.kind == "principled" and share > 1 - 1e-6:
             self.principled(closure.node, color, closure.numbers)
         else:
-            self.notices.node(closure.node, f"only its colour is scaled with its share, {share:.3g}")
+            self.notices.node(closure.node, f"its share {share:.3g} scales only its colour")
             params = self.as_principled(closure)
             self.principled(closure.node, color, params)
 
@@ -194,9 +194,10 @@ class MaterialMaker:
         self.principled(closure.node, *self.metal(closure, color))
 
     def metal(self, closure, color):
-        """A metal with the mean reflectance of the glossy shader, which has the same at all angles."""
+        """A metal with the mean reflectance of a glossy shader, whose own reflectance is the same at all angles."""
         if not np.all(color.rgb == 1) or color.image is not None:
-            self.notices.node(closure.node, "it is brighter at grazing angles here, and darker elsewhere: the mean is the same")
+            self.notices.node(closure.node, "it is brighter at grazing angles than in Blender, and darker elsewhere. The mean is "
+                              "the same")
             color = Value(np.maximum((color.rgb - SCHLICK_MEAN) / (1 - SCHLICK_MEAN), 0), color.image, color.colors)
         return color, self.as_principled(closure)
 
@@ -204,28 +205,28 @@ class MaterialMaker:
         rough = closure.numbers["roughness"]
         white = color.is_constant() and np.all(color.rgb == 1)
         if not white:
-            self.notices.node(closure.node, "its reflections have no colour here")
+            self.notices.node(closure.node, "left out: the colour of its reflections")
             self.principled(closure.node, color, self.as_principled(closure))
             return
         self.without_holes(closure.node)
         out = {"ior": fitting_ior(closure.numbers["ior"])}
         if not (rough.is_constant() and rough.rgb[0] == 0):
             if OLD:
-                self.notices.node(closure.node, "rough glass loses less light here than in this version of Blender")
+                self.notices.node(closure.node, "this rough glass loses less light than in this version of Blender")
             out.update(self.scalar(rough, closure.node, "roughness"))
             self.rough(closure.numbers["multiple"])
         self.document["dielectric"] = out
 
     def without_holes(self, node):
         if self.document.pop("opacity", None) is not None:
-            self.notices.node(node, "left out: its holes. Glass has none")
+            self.notices.node(node, "left out: its opacity. Glass materials have none")
 
     def rough(self, multiple):
         if not multiple:
             self.document["single_scattering"] = True
 
     def as_principled(self, closure):
-        """The numbers of a principled shader that is nearest to a closure."""
+        """The parameters of the principled shader that is nearest to a closure."""
         zero = constant(0.0)
         plain = {"metallic": zero, "roughness": constant(1.0), "transmission": 0.0, "specular": 0.0, "ior": 1.5, "coat": 0.0,
                  "coat_roughness": 0.0, "multiple": False, "lambert": True}
@@ -254,7 +255,7 @@ class MaterialMaker:
         self.rough(numbers["multiple"])
 
     def old_gloss(self, numbers):
-        """The index and specular of a principled shader of Blender before 4.0, whose gloss has an index of its own."""
+        """The `ior` and `specular` for a shader of Blender before 4.0, whose specular part has its own index of refraction."""
         ior, specular, transmission = numbers["ior"], numbers["specular"], numbers["transmission"]
         if transmission == 0:
             ior = 1.5
@@ -263,21 +264,21 @@ class MaterialMaker:
         return ior, specular
 
     def lambert_factor(self, color, numbers):
-        """What the base colour of a principled shader is scaled with in a mixture."""
+        """The factor of a principled shader's base colour in a mixture."""
         diffuse_share = (1 - float(numbers["metallic"].mean()[0])) * (1 - numbers["transmission"])
         rough = float(numbers["roughness"].mean()[0])
         factor = 1 + diffuse_share * (diffuse_factor(rough, numbers["specular"]) - 1)
         if abs(factor - 1) > 5e-3 and np.any(color.rgb > 0):
-            self.notices.add("Principled shaders in mixtures have Lambert's diffuse part here, and not Burley's as in this version "
-                             "of Blender. Their colours are scaled so that they reflect as much even light")
+            self.notices.add("Principled shaders in mixtures have Lambert's diffuse part. In this version of Blender it is "
+                             "Burley's. Their colours are scaled to reflect the same share of uniform light")
         if color.image is None and np.any(color.rgb * factor > 1):
-            self.notices.here("its colour is so bright that it reflects more light in Blender than arrives. Here it does not")
+            self.notices.here("its bright colour reflects more light than arrives in Blender, but not in Lightmill")
         return factor
 
     def mixture(self, parts):
-        """One principled material for several closures: shares and colours are added, and the rest is averaged."""
+        """Makes one principled material of several closures. Adds shares and colours, and averages the other parameters."""
         names = ", ".join(sorted({c.node.name for c, _ in parts}))
-        self.notices.here(f"the mixture of {names} is one principled material here, with their mean colour")
+        self.notices.here(f"the mixture of {names} is replaced by one principled material with their mean colour")
         total = sum(share for _, share in parts)
         params = [(self.as_principled(c), share / total, c) for c, share in parts]
         mean = {}
@@ -302,7 +303,7 @@ class MaterialMaker:
         scale = min(total, 1.0)
         self.principled(parts[0][0].node, Value(color.rgb * scale, color.image, color.colors), mean)
 
-    # Values as the document has them.
+    # Values in the document's form.
 
     def color(self, value, node, vertex=False, limit=1.0):
         rgb = np.maximum(value.rgb, 0)
@@ -310,7 +311,7 @@ class MaterialMaker:
             value = self.reader.combine(lambda c: np.clip(c, 0, limit), [value], node)
             rgb = value.rgb
         if limit is not None and np.any(rgb > limit + 1e-6):
-            self.notices.node(node, f"its colour is more than {limit:g}, which is the most here")
+            self.notices.node(node, f"its colour is above {limit:g}, and is limited to that")
         rgb = rgb if limit is None else np.minimum(rgb, limit)
         out = {"rgb": [float(c) for c in rgb]}
         if value.colors is not None and vertex:

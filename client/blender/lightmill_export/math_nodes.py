@@ -1,4 +1,4 @@
-"""Nodes that compute, for constants and texels alike."""
+"""Nodes that compute values. They act on constants and on texels."""
 import colorsys
 import math
 
@@ -35,7 +35,7 @@ BLENDS = {
 def read_math(reader, node, _output):
     operation = node.node.operation
     if operation not in MATH:
-        reader.notices.node(node.node, f"left out: {operation} counts as its first value")
+        reader.notices.node(node.node, f"{operation} is not supported. Its first value is used")
         return reader.scalar(node.input(0))
     values = [reader.scalar(node.input(i)) for i in range(len(node.node.inputs))]
     values += [constant(0.0)] * (3 - len(values))
@@ -46,9 +46,9 @@ def read_math(reader, node, _output):
 
 
 def mix(reader, node, factor, a, b, blend, clamp):
-    """a where the factor is 0."""
+    """Blends from `a` (factor 0) to `b` (factor 1)."""
     if blend not in BLENDS:
-        reader.notices.node(node, f"left out: {blend} counts as MIX")
+        reader.notices.node(node, f"{blend} is not supported. It is treated as MIX")
         blend = "MIX"
     if blend == "MULTIPLY" and not clamp and factor.is_constant() and np.all(factor.rgb == 1):
         return reader.multiply(a, b, node)
@@ -103,7 +103,7 @@ def read_bright_contrast(reader, node, _output):
 
 
 def each_color(function):
-    """A function of one colour as one of arrays. Equal colours are computed once."""
+    """Applies a function of one colour to arrays. Equal colours are computed once."""
     def over_arrays(rgb):
         flat, back = np.unique(np.asarray(rgb, dtype=float).reshape(-1, 3), axis=0, return_inverse=True)
         return np.array([function(*c) for c in flat])[back.reshape(-1)].reshape(np.shape(rgb))
@@ -172,7 +172,7 @@ def read_map_range(reader, node, _output):
     n = node.node
     if n.data_type != "FLOAT" or n.interpolation_type != "LINEAR":
         n_kind = n.interpolation_type if n.data_type == "FLOAT" else n.data_type
-        reader.notices.node(n, f"left out: {n_kind} counts as LINEAR")
+        reader.notices.node(n, f"{n_kind} is not supported. It is treated as LINEAR")
     value, low, high, to_low, to_high = (reader.scalar(node.input(i)) for i in range(5))
     out = reader.combine(lambda x, a, b, c, d: np.where(b == a, 0, c + (x - a) / np.where(b == a, 1, b - a) * (d - c)),
                          [value, low, high, to_low, to_high], n)
@@ -250,12 +250,12 @@ def read_view_dependent(reader, node, output):
         exponent = 2 * blend if blend < 0.5 else 0.5 / (1 - blend)
         value = (mean_over_hemisphere(lambda c: fresnel(c, 1 / max(1 - blend, 1e-5))) if output.name == "Fresnel"
                  else mean_over_hemisphere(lambda c: 1 - c ** exponent))
-    reader.notices.node(n, f"left out: it depends on the view, and counts with its mean, {value:.3f}")
+    reader.notices.node(n, f"it depends on the view. Its mean {value:.3f} is used")
     return constant(value)
 
 
 def read_light_path(reader, node, output):
-    reader.notices.node(node.node, f"left out: {output.name} counts as 0 for all rays")
+    reader.notices.node(node.node, f"{output.name} is treated as 0 for all rays")
     return constant(0.0)
 
 

@@ -1,4 +1,4 @@
-"""Evaluated meshes as OBJ files. Their triangles, normals and texture coordinates are those that Cycles has."""
+"""Evaluated meshes as OBJ files, with the triangles, normals and texture coordinates of Cycles."""
 import os
 
 import numpy as np
@@ -86,13 +86,13 @@ class MeshFiles:
         return name
 
     def coordinates(self, mesh, placement, positions, vertices):
-        """Two for each corner."""
+        """Texture coordinates (u, v) of each corner."""
         if placement.kind == "UV":
             layers = mesh.uv_layers
             layer = layers.get(placement.name) if placement.name else next((one for one in layers if one.active_render), None)
             if layer is None:
                 if placement.name:
-                    self.notices.here(f"it has no UV map {placement.name}, so its texture coordinates are 0")
+                    self.notices.here(f"it has no UV map {placement.name}. Its texture coordinates are 0")
                 return np.zeros((len(vertices), 2))
             source = np.hstack([read(layer.data, "uv", (2,)), np.zeros((len(vertices), 1))])
         elif placement.kind == "GENERATED":
@@ -107,14 +107,14 @@ class MeshFiles:
         return (source @ matrix[:3, :3].T + matrix[:3, 3])[:, :2]
 
     def colors(self, mesh, name, vertices):
-        """sRGB-encoded, as OBJ files have them. Cycles takes a missing attribute as black."""
+        """Colours of each corner, sRGB-encoded as in OBJ files. Like in Cycles, a missing attribute is black."""
         attribute = mesh.color_attributes.get(name) if name else mesh.color_attributes.active_color
         if attribute is None:
-            self.notices.here(f"it has no colour attribute {name}, so it is black there")
+            self.notices.here(f"it has no colour attribute {name}, and is black where the material uses it")
             return np.zeros((len(vertices), 3))
         linear = read(attribute.data, "color", (4,))[:, :3]
         if np.any(linear > 1):
-            self.notices.here(f"colours of {name} above 1 count as 1")
+            self.notices.here(f"colours of {name} above 1 are treated as 1")
         linear = np.clip(linear, 0, 1)
         encoded = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
         return encoded if attribute.domain == "CORNER" else encoded[vertices]

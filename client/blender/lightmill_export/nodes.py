@@ -9,7 +9,7 @@ class Input:
         self.groups = groups
 
     def source(self):
-        """(node, output, groups) that feeds it. Without one: (None, the input whose own value counts, groups)."""
+        """(node, output, groups) of the link to it. Without a link: (None, the input whose own value is used, groups)."""
         socket, groups = self.socket, self.groups
         while True:
             link = next((one for one in socket.links if not one.is_muted and one.is_valid), None)
@@ -59,12 +59,12 @@ class Node:
         return None
 
     def name_unread(self, notices):
-        """Says that what is linked to the other inputs is left out."""
+        """Adds notices that nodes linked to the other inputs are left out."""
         for socket in self.node.inputs:
             if socket.enabled and socket.identifier not in self.read:
                 source = Input(socket, self.groups).node()
                 if source is not None:
-                    notices.node(source, f"left out: {socket.name} of {self.node.name} counts without it")
+                    notices.node(source, f"links to {socket.name} of {self.node.name} are ignored")
 
 
 def same_identifier(sockets, wanted):
@@ -77,5 +77,5 @@ def active_output(tree, kind):
 
 
 def output_of(tree):
-    """The output that Cycles renders."""
+    """The output node that Cycles renders."""
     return tree.get_output_node("CYCLES") or tree.get_output_node("ALL")

@@ -1,4 +1,4 @@
-"""What a document cannot say, as sentences for people."""
+"""Notices for people about everything that a document cannot express."""
 
 
 class Notices:
@@ -13,7 +13,7 @@ class Notices:
             self.texts.append(text)
 
     def node(self, node, text):
-        """Says what is done about a node."""
+        """Adds a notice about a node."""
         label = f"{node.name} ({node.bl_label})" if node.name != node.bl_label else node.name
         self.add(f"{self.about}: node {label}: {text}")
 

@@ -1,8 +1,8 @@
-"""Blender's principled shader as parameters of ours.
+"""Blender's principled shader as parameters of Lightmill's.
 
-Before Blender 4.0 it is Burley's: its diffuse part is not Lambert's, and does not lose the light that the gloss above it
-reflects. Documents can say so, but a mixture of it with others has a diffuse part that loses it. There the base colour is
-scaled until both parts reflect the same share of even light.
+Before Blender 4.0 it is Burley's: its diffuse part is not Lambert's, and is not reduced by the light that the specular part
+reflects. Documents have this variant too (burley_diffuse), but not in mixtures with other shaders. In a mixture, the base
+colour is scaled until both parts reflect the same share of uniform light.
 """
 from functools import lru_cache
 
@@ -13,7 +13,7 @@ from .closures import Closure
 from .values import Value, constant
 
 OLD = bpy.app.version < (4, 0, 0)
-OLD_COAT = 0.25  # of the clearcoat's weight
+OLD_COAT = 0.25  # factor of the clearcoat's weight
 
 
 def read(self, inside, weight):
@@ -48,13 +48,13 @@ def read(self, inside, weight):
 
 
 def details(self, inside, numbers):
-    """Inputs that matter only beside others."""
+    """Adds notices on inputs that matter only together with others."""
     if numbers["coat"] > 0:
         normal = inside.input("Coat Normal", "Clearcoat Normal").node()
         if normal is not None:
-            self.notices.node(normal, "left out: the coat has the normal of the surface below it")
+            self.notices.node(normal, "left out: the coat has the normals of the surface below it")
         if OLD:
-            self.notices.node(inside.node, "its clearcoat has GGX's highlight here, which has a shorter tail")
+            self.notices.node(inside.node, "its clearcoat has a GGX highlight, whose tail is shorter than in Blender")
         else:
             self.without(inside, "Coat Tint")
     if numbers["transmission"] > 0 and OLD and not numbers["multiple"]:
@@ -65,7 +65,7 @@ def subsurface(self, inside, base):
     share = self.reader.number(inside.input("Subsurface Weight", "Subsurface"), inside.node)
     if share == 0:
         return base
-    self.notices.node(inside.node, "left out: its subsurface scattering counts as diffuse")
+    self.notices.node(inside.node, "its subsurface scattering is treated as diffuse reflection")
     socket = inside.input("Subsurface Color")
     if socket is None:
         return base
@@ -73,13 +73,13 @@ def subsurface(self, inside, base):
 
 
 def diffuse_factor(roughness, specular):
-    """What the base colour is scaled with, where the shader is Burley's."""
+    """The factor of the base colour in a mixture, for Burley's shader. Else 1."""
     return burley_albedo(round(roughness, 3)) / (1 - gloss_albedo(round(roughness, 3), round(specular, 3))) if OLD else 1.0
 
 
 @lru_cache(maxsize=None)
 def burley_albedo(roughness):
-    """Mean over even light of Burley 2012, as Cycles 3.4 has it."""
+    """Albedo in uniform light of Burley's diffuse BRDF (2012), as in Cycles 3.4."""
     steps = (np.arange(32) + 0.5) / 32
     mu_o, mu_i, turn = np.meshgrid(steps, steps, np.pi * steps, indexing="ij")
     cosine = mu_o * mu_i + np.sqrt((1 - mu_o ** 2) * (1 - mu_i ** 2)) * np.cos(turn)
@@ -90,7 +90,7 @@ def burley_albedo(roughness):
 
 @lru_cache(maxsize=None)
 def gloss_albedo(roughness, specular):
-    """Mean over even light of a GGX lobe with Schlick's Fresnel term of f0 = 0.08 specular, by its visible normals."""
+    """Albedo in uniform light of a GGX lobe with Schlick's Fresnel term, f0 = 0.08 specular. Samples visible normals."""
     if specular == 0:
         return 0.0
     f0, alpha = 0.08 * specular, max(roughness ** 2, 1e-4)

@@ -1,5 +1,5 @@
-"""A render engine that exports instead of rendering. Only engines get what Blender evaluates for a render: the modifiers,
-subdivisions and visibilities of renders, and not those of the viewport."""
+"""A render engine that exports instead of rendering. Only engines get the scene as it is evaluated for a render: with the
+modifiers, subdivisions and visibilities of renders, not of the viewport."""
 import bpy
 
 from .scene import SceneExport

@@ -1,4 +1,4 @@
-"""The document of a scene, from what Blender evaluates for a render."""
+"""The document of a scene, as Blender evaluates it for a render."""
 import json
 import os
 
@@ -9,7 +9,7 @@ from .notices import Notices
 
 # Blender gives the surfaces of curves, texts and metaballs as meshes of their own.
 NOT_RENDERED = ("CURVE", "SURFACE", "META", "FONT", "ARMATURE", "LATTICE", "EMPTY", "LIGHT_PROBE", "CAMERA", "SPEAKER")
-LEAST_VOLUME = 1e-12  # of a transform: what a document takes
+LEAST_VOLUME = 1e-12  # least determinant of a transform that a document may have
 
 
 class SceneExport:
@@ -67,7 +67,7 @@ class SceneExport:
                 self.add_mesh(item, matrix)
         elif item.type not in NOT_RENDERED:
             self.notices.about = f"object {item.name}"
-            self.notices.here(f"left out: a {item.type.lower()} is no surface here")
+            self.notices.here(f"left out: Lightmill has no objects of the type {item.type.lower()}")
         self.check_particles(item)
 
     def add_mesh(self, item, matrix):
@@ -75,12 +75,12 @@ class SceneExport:
         materials = materials or [self.materials.of(self.override())]
         self.notices.about = f"object {item.name}"
         if abs(matrix.to_3x3().determinant()) < LEAST_VOLUME:
-            self.notices.here("left out: it is flattened by its transform")
+            self.notices.here("left out: its transform makes it flat")
             return
         key = (item.data.as_pointer(), tuple(id(made) for made in materials))
         if key not in self.shared:
             if item.modifiers and any(made.placement is not None and made.placement.kind == "GENERATED" for made in materials):
-                self.notices.here("its generated coordinates are those of the mesh after its modifiers")
+                self.notices.here("its generated coordinates are those of the mesh after its modifiers, unlike in Blender")
             mesh = item.to_mesh()
             self.shared[key] = self.mesh_files.write(mesh, materials) if mesh is not None else None
             item.to_mesh_clear()
@@ -97,24 +97,24 @@ class SceneExport:
     def override(self):
         return self.depsgraph.view_layer.material_override
 
-    # What a document cannot say.
+    # Notices on properties that a document cannot express.
 
     def check_object(self, item, matrix, used):
         kinds = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
         unseen = [kind for kind in kinds if not getattr(item, f"visible_{kind}")]
         if unseen:
-            self.notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, but not here")
+            self.notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, and visible in Lightmill")
         scales = [axis.length for axis in space.axes(matrix)[:3]]
         if max(scales) > 1.01 * min(scales) and any("normal_map" in made.document for made in used):
-            self.notices.here("its normal map bends normals as if the object had the same scale along all axes")
+            self.notices.here("its normal map acts as if the object had the same scale along all axes")
         if item.is_shadow_catcher:
-            self.notices.here("it is a shadow catcher in Blender, and an ordinary surface here")
+            self.notices.here("it is a shadow catcher in Blender, and an ordinary surface in Lightmill")
         if item.is_holdout:
-            self.notices.here("it is a holdout in Blender, and an ordinary surface here")
+            self.notices.here("it is a holdout in Blender, and an ordinary surface in Lightmill")
         if item.lightgroup:
-            self.notices.here(f"its light group {item.lightgroup} is left out")
+            self.notices.here(f"left out: its light group {item.lightgroup}")
         if item.cycles.use_camera_cull or item.cycles.use_distance_cull:
-            self.notices.here("culling is left out: it is always there")
+            self.notices.here("left out: its culling. It is always rendered")
         if self.view:
             self.check_clip(item, matrix)
 
@@ -123,9 +123,9 @@ class SceneExport:
         data = view.data
         near, far = meshes.bounds_depth(item.bound_box, view.matrix_world.normalized().inverted() @ matrix)
         if far > data.clip_end:
-            self.notices.here(f"it reaches beyond the camera's clip end ({data.clip_end:g}). It is not cut here")
+            self.notices.here(f"left out: the camera's clip end ({data.clip_end:g}). The object beyond it is rendered")
         if near < data.clip_start < far and data.clip_start > 0.1001:
-            self.notices.here(f"it reaches before the camera's clip start ({data.clip_start:g}). It is not cut here")
+            self.notices.here(f"left out: the camera's clip start ({data.clip_start:g}). The object before it is rendered")
 
     def check_particles(self, item):
         for system in getattr(item, "particle_systems", ()):
@@ -138,24 +138,24 @@ class SceneExport:
         scene, view = self.scene, self.scene.view_settings
         self.notices.about = "scene"
         if not self.view:
-            self.notices.here("it has no active camera: the picture shows all of it")
+            self.notices.here("it has no active camera. The picture shows all of it")
         plain = view.view_transform in ("Standard", "Raw") and view.exposure == 0 and view.gamma == 1
         if not plain or view.look != "None" or view.use_curve_mapping:
-            self.notices.here(f"its view transform ({view.view_transform}, look {view.look}, exposure {view.exposure:g}, gamma "
-                              f"{view.gamma:g}) is left out: PNG pictures are plain sRGB")
+            self.notices.here(f"left out: its view transform ({view.view_transform}, look {view.look}, exposure "
+                              f"{view.exposure:g}, gamma {view.gamma:g}). PNG pictures are plain sRGB")
         if scene.use_nodes:
-            self.notices.here("compositing is left out")
+            self.notices.here("left out: compositing")
         if scene.render.use_freestyle:
-            self.notices.here("Freestyle's lines are left out")
+            self.notices.here("left out: Freestyle's lines")
         layers = [layer.name for layer in scene.view_layers if layer.use]
         if len(layers) > 1:
-            self.notices.here(f"of its view layers, only {layers[0]} is rendered: {', '.join(layers[1:])} is left out")
+            self.notices.here(f"left out: the view layers {', '.join(layers[1:])}. Only {layers[0]} is rendered")
         self.check_collections(self.depsgraph.view_layer_eval.layer_collection)
 
     def check_collections(self, layer):
         for one in (layer, *layer.children):
             if one.holdout or one.indirect_only:
-                kind = "a holdout" if one.holdout else "for indirect light alone"
-                self.notices.add(f"collection {one.name}: it is {kind} in Blender, and ordinary here")
+                kind = "a holdout" if one.holdout else "only for indirect light"
+                self.notices.add(f"collection {one.name}: it is {kind} in Blender, and ordinary in Lightmill")
         for one in layer.children:
             self.check_collections(one)

@@ -1,4 +1,4 @@
-"""Blender's space, with z up, in the document's, with y up."""
+"""Conversion from Blender's space (z up) to the document's (y up)."""
 from mathutils import Matrix, Vector
 
 TO_DOCUMENT = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
@@ -10,7 +10,7 @@ def vector(v):
 
 
 def matrix(world):
-    """A transform from an object's space, which stays Blender's, to the document's."""
+    """A transform from an object's space, which keeps Blender's axes, to the document's."""
     return [x for row in TO_DOCUMENT @ world for x in row]
 
 

@@ -1,6 +1,6 @@
 """The document's textures, and the texture coordinates of each material.
 
-A mesh has one set of coordinates for each material. Textures of the material may scale and move it.
+A mesh has one set of coordinates for each material. The material's textures may scale and translate them.
 """
 from dataclasses import replace
 
@@ -37,13 +37,13 @@ class Textures:
 class MaterialTextures:
     def __init__(self, textures):
         self.textures = textures
-        self.placement = None  # the coordinates of the meshes
+        self.placement = None  # of the coordinates in the mesh files
 
     def add(self, use, node):
-        """The name of a texture of the document."""
+        """The name of the image's texture in the document."""
         place = use.place
         if place.kind == "DIRECTION":
-            self.textures.notices.node(node, f"left out: the directions of {use.name} count as the UV map")
+            self.textures.notices.node(node, f"the directions of {use.name} are replaced by the UV map")
             place = replace(place, kind="UV")
         if self.placement is None:
             straight = is_straight(place.affine())
@@ -61,11 +61,11 @@ class MaterialTextures:
                 change = None
             if change is not None and is_straight(change):
                 return [float(change[0, 0]), float(change[1, 1])], [float(change[0, 3]), float(change[1, 3])]
-        self.textures.notices.node(node, f"left out: the coordinates of the image {use.name}. It has those of another image of the "
-                                   "material")
+        self.textures.notices.node(node, f"left out: the coordinates of the image {use.name}. It uses those of another image "
+                                   "of the material")
         return [1, 1], [0, 0]
 
 
 def is_straight(matrix):
-    """Whether it only scales and moves u and v."""
+    """Whether it only scales and translates u and v."""
     return np.allclose([matrix[0, 1], matrix[0, 2], matrix[1, 0], matrix[1, 2]], 0, atol=1e-9)

@@ -1,7 +1,7 @@
 """Values of sockets: a constant, times the texels of an image, times a colour of the vertices.
 
-Nodes that compute act on constants and on texels alike (math_nodes.py), so a computed image is exact. Everything else that
-varies over a surface is left out with a notice, and counts as an even grey.
+Nodes that compute act on constants and on texels (math_nodes.py), so a computed image is exact. Everything else that varies
+over a surface is replaced by a uniform grey, with a notice.
 """
 from dataclasses import dataclass, replace
 
@@ -11,7 +11,7 @@ from .images import ImageUse, read_environment_node, read_image_node
 from .nodes import Input, Node
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
-GREY = 0.5  # of what is left out
+GREY = 0.5  # replaces values that cannot be exported
 
 
 @dataclass(frozen=True)
@@ -58,17 +58,17 @@ class ValueReader:
             return Value(np.ones(3), image=read_environment_node(self, Node(node, groups)))
         if node.type == "VERTEX_COLOR" or (node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY"):
             return self.vertex_colors(node, output)
-        self.notices.node(node, f"left out: it counts as an even grey, {GREY}")
+        self.notices.node(node, f"it is replaced by a uniform grey, {GREY}")
         return constant(GREY)
 
     def vertex_colors(self, node, output):
         if output.name != "Color":
-            self.notices.node(node, f"left out: its output {output.name} counts as 1")
+            self.notices.node(node, f"its output {output.name} is treated as 1")
             return constant(1.0)
         return Value(np.ones(3), colors=node.layer_name if node.type == "VERTEX_COLOR" else node.attribute_name)
 
     def scalar(self, socket):
-        """A number: of a colour, its luminance."""
+        """The number at an input. A colour gives its luminance."""
         value = self.color(socket)
         if np.ptp(value.rgb) == 0 and value.image is not None and value.image.channel == "COLOR" and value.colors is None:
             return replace(value, image=value.image.as_channel("LUMINANCE"))
@@ -86,9 +86,9 @@ class ValueReader:
     def even(self, value, owner):
         """The colour of a value that has to be the same everywhere."""
         if value.colors is not None:
-            self.notices.node(owner, f"left out: the colour attribute {value.colors} counts as white here")
+            self.notices.node(owner, f"the colour attribute {value.colors} is replaced by white")
         if value.image is not None:
-            self.notices.node(owner, f"left out: the image {value.image.name} counts with its mean colour here")
+            self.notices.node(owner, f"the image {value.image.name} is replaced by its mean colour")
         return value.mean()
 
     def multiply(self, a, b, node):
@@ -97,10 +97,10 @@ class ValueReader:
         return self.combine(lambda x, y: x * y, [a, b], node)
 
     def combine(self, function, values, node):
-        """function of values, whose last axis has the three channels."""
+        """Applies `function` to the values. The last axis of its arguments has the three channels."""
         for value in values:
             if value.colors is not None:
-                self.notices.node(node, f"left out: the colour attribute {value.colors} counts as white here")
+                self.notices.node(node, f"the colour attribute {value.colors} is replaced by white")
         kept = next((value.image for value in values if value.image is not None), None)
         arrays = []
         for value in values:
@@ -109,8 +109,8 @@ class ValueReader:
             elif value.image.same_place(kept):
                 arrays.append(value.rgb * value.image.texels())
             else:
-                self.notices.node(node, f"left out: the image {value.image.name}, which has other texels than {kept.name}, "
-                                        "counts with its mean colour here")
+                self.notices.node(node, f"the image {value.image.name} is replaced by its mean colour, because its "
+                                        f"texels do not match those of {kept.name}")
                 arrays.append(value.mean())
         with np.errstate(all="ignore"):
             out = np.nan_to_num(np.asarray(function(*arrays)), posinf=0.0, neginf=0.0)
@@ -118,7 +118,7 @@ class ValueReader:
 
 
 def default_of(socket):
-    """The value of an input without a link. None: an output of a muted node."""
+    """The value of an input without a link. `socket` None: an output of a muted node, which gives 0."""
     if socket is None or not hasattr(socket, "default_value"):
         return constant(0.0)
     value = socket.default_value
@@ -126,7 +126,7 @@ def default_of(socket):
 
 
 def input_of(node, *names):
-    """The input of a node outside of groups."""
+    """An input of a node that is in no group."""
     return Node(node, ()).input(*names)
 
 

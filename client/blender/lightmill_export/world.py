@@ -7,7 +7,7 @@ from .closures import ClosureReader
 from .nodes import output_of
 from .values import Value, ValueReader, constant
 
-LEFT_OUT = "the world counts with its mean colour, from everywhere"
+LEFT_OUT = "The world has its mean colour in all directions"
 
 
 def export(world, files, notices):
@@ -18,7 +18,7 @@ def export(world, files, notices):
     radiance, node = read_radiance(world, notices)
     check(world, notices)
     if np.any(radiance.rgb < 0):
-        notices.here("it takes light away: its negative strength counts as 0")
+        notices.here("its negative strength is treated as 0")
         radiance = Value(np.maximum(radiance.rgb, 0), radiance.image)
     if np.all(radiance.rgb == 0):
         return None
@@ -26,7 +26,7 @@ def export(world, files, notices):
     if radiance.image is not None:
         turn = rotation(radiance.image.place)
         if turn is None:
-            notices.node(node, f"left out: only images that turn about the vertical axis can be the sky. {LEFT_OUT}")
+            notices.node(node, f"left out: a sky image can only be rotated about the vertical axis. {LEFT_OUT}")
             environment["radiance"]["rgb"] = [float(c) for c in radiance.mean()]
         else:
             environment["file"] = files.add(radiance.image)[0]
@@ -45,12 +45,12 @@ def read_radiance(world, notices):
     if end is None:
         return constant(0.0), None
     if end.inputs["Volume"].is_linked:
-        notices.node(end.inputs["Volume"].links[0].from_node, "left out: the world has no volume here")
+        notices.node(end.inputs["Volume"].links[0].from_node, "left out: Lightmill has no volume shaders")
     reader = ValueReader(notices)
     total, last = constant(0.0), None
     for closure in ClosureReader(reader).read(end.inputs["Surface"]):
         if closure.kind != "emission":
-            notices.node(closure.node, "left out: it is no background")
+            notices.node(closure.node, "left out: a world has only background and emission shaders")
             continue
         radiance = closure.weight_color(reader)
         total = radiance if last is None else reader.combine(lambda a, b: a + b, [total, radiance], closure.node)
@@ -64,13 +64,13 @@ def check(world, notices):
     seen = world.cycles_visibility
     unseen = [kind for kind in ("camera", "diffuse", "glossy", "transmission", "scatter") if not getattr(seen, kind)]
     if unseen:
-        notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, but not here")
+        notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, and visible in Lightmill")
     if world.cycles.max_bounces < 1024:
-        notices.here(f"its limit of {world.cycles.max_bounces} bounces is left out")
+        notices.here(f"left out: its limit of {world.cycles.max_bounces} bounces")
 
 
 def rotation(place):
-    """Degrees about the vertical axis by which an image in latitudes and longitudes is turned. None if it is not."""
+    """Rotation of an equirectangular image about the vertical axis, in degrees. None if its transform is not such a rotation."""
     matrix = place.affine()
     turn = matrix[:3, :3]
     if place.kind != "DIRECTION" or not np.allclose(matrix[:3, 3], 0, atol=1e-6):

@@ -57,13 +57,10 @@ std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
   return lines;
 }
 
-constexpr std::array<JobState, 6> kStates{JobState::queued, JobState::running, JobState::paused,
-                                          JobState::done,   JobState::failed,  JobState::cancelled};
-
 Result<JobState> parse_state(std::string_view text) {
   std::vector<std::string> names;
-  for (const JobState state : kStates) {
-    names.push_back(state_name(to_wire(state)));
+  for (const JobState state : kJobStates) {
+    names.emplace_back(name_of(state));
     if (text == names.back()) {
       return state;
     }

@@ -102,7 +102,7 @@ void add_log_command(CLI::App& app, Context& context) {
   add_common_options(*command, context);
   command->add_option("--job", options->job, "only actions on this job")->type_name("N");
   command->add_option("--caller", options->caller, "only actions of this caller")->type_name("NAME");
-  command->add_option("--since", options->since, "only actions of this last time: 90m, 2h, 7d, 4w")
+  command->add_option("--since", options->since, "only actions newer than this: 90m, 2h, 7d, 4w")
       ->type_name("TIME")
       ->check(readable(parse_seconds));
   command->add_option("--last", options->last, "the newest N actions")

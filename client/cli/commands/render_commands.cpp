@@ -57,9 +57,9 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const PictureOutputs&
                      samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs.paths, ", "));
 }
 
-/// Handles an interruption, and says how. On a shared farm Ctrl-C cancels the job, and its film stays. A closed terminal
-/// or a SIGTERM leaves it running, because the user did not decide. A private farm's film is saved, and `object` gets
-/// the file names. `server`: the end of commands that reach the same farm.
+/// Handles an interruption, and says how. On a shared farm Ctrl-C cancels the job, and its film stays. A closed
+/// terminal or a SIGTERM leaves it running, because the user did not decide. A private farm's film is saved, and
+/// `object` gets the file names. `server`: the end of commands that reach the same farm.
 std::string end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
                             const PictureOutputs& outputs, nlohmann::json& object) {
   if (farm.local_farm) {

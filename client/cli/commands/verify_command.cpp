@@ -84,7 +84,7 @@ Result<TileRerender> submit_tile(Farm& farm, const Task& task, const PixelRect& 
   job.spec.settings.crop = rect;
   job.spec.settings.meters = 0;
   LM_ASSIGN_OR_RETURN(job.spec.goal.samples, samples_of(task.picture, rect));
-  job.spec.verify_share = 0;
+  job.spec.audit_share = 0;
   job.spec.request_id = new_request_id(seed, rect, nonce);
   job.spec.name = as_name(fmt::format("verify {}", task.picture.receipt.name));
   job.spec.owner = "verify";

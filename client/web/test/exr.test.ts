@@ -2,9 +2,9 @@ import {expect, test} from 'vitest';
 import {ExrError, readExr} from '../src/model/exr';
 import packed from './exr_files.json';
 
-// Files of 24×19 pixels by the OpenEXR library itself, by compression, packed once more by gzip: line y of its picture has R = y + x/16
-// in float, G = ⌊x/8⌋/4 and B = −y/8 in half, and an integer channel. Its data window begins at (3, −2); the one of ZIPS has its lines
-// from below.
+// Files of 24×19 pixels, written by the OpenEXR library with each compression, and packed by gzip. The pixel (x, y) has R = y + x/16
+// in float, G = ⌊x/8⌋/4 and B = −y/8 in half, and an integer channel. The data window begins at (3, −2). The file with ZIPS has its
+// lines in decreasing order.
 async function file(name: keyof typeof packed): Promise<Uint8Array<ArrayBuffer>> {
   const bytes = Uint8Array.from(atob(packed[name]), (each) => each.charCodeAt(0));
   return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer());

@@ -1,5 +1,5 @@
-// FLIP against the values that its formulas have when they are worked out by other means: those of tests/unit/image/flip_test.cpp, from a
-// program of its own in float64. Features are the root of a difference, so that rounding to float32 here shows in the fourth digit.
+// FLIP against the values of tests/unit/image/flip_test.cpp, which another program computed from the formulas in float64. Features are the
+// root of a difference, so rounding to float32 shows in the fourth digit.
 import {expect, test} from 'vitest';
 import {flipMap, hdrFlipMap, type Planes} from '../src/model/flip';
 

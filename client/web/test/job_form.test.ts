@@ -104,7 +104,7 @@ test('a photon map job has the size and seed of its job, and one sample', () => 
   expect(photonMap.name).toBe('box (photon map)');
   const long = photonMapSpec({...spec, name: '箱'.repeat(66)}, 'few', 'core', 12n).name;
   expect(long).toBe(`${'箱'.repeat(62)} (photon map)`);
-  expect(new TextEncoder().encode(long).length).toBe(199); // one more character would be 202 of at most 200 bytes
+  expect(new TextEncoder().encode(long).length).toBe(199); // one more character would make 202 bytes, and the limit is 200
   expect(isPageJob(photonMap.name)).toBe(true);
   expect(isPageJob('box')).toBe(false);
   expect([photonMap.parent, photonMap.priority, photonMap.verifyShare]).toEqual([12n, 4, 0]);

@@ -6,13 +6,13 @@ import {CameraSchema, MeterSchema, SceneSchema} from '../src/wire/lightmill/v1/s
 import {MeterReadingSchema} from '../src/wire/lightmill/v1/web_pb';
 
 const kFilm = {width: 200, height: 100, crop: undefined};
-/** From (0, 0, 10) towards the origin; the film's height is as far as its distance times 1: a right angle would be twice that. */
+/** From (0, 0, 10) towards the origin. At distance d the film is 2 d high. */
 const kCamera = create(CameraSchema, {eye: {z: 10}, lookAt: {}, up: {y: 1}, view: {case: 'verticalFovDegrees', value: 90}});
 
 test('points are projected by similar triangles', () => {
   const project = projectionOf(kCamera, kFilm);
   expect(project([0, 0, 0])).toEqual({x: 100, y: 50});
-  // At distance 10 half the film's height is 10 wide: 5 a unit.
+  // At distance 10 the film's 100 pixels are 20 units high: 5 pixels a unit.
   const right = project([2, 0, 0])!;
   expect(right.x).toBeCloseTo(110, 9);
   expect(right.y).toBeCloseTo(50, 9);

@@ -101,7 +101,7 @@ test('the error curve is extrapolated to its target as 1/seconds', () => {
   expect(curve.points[1]).toEqual({seconds: 20, error: 0.04, low: 0.03, high: 0.05});
   expect(curve.points[2]!.low).toBeGreaterThan(0);
   expect(curve.finish!.seconds).toBeCloseTo(160, 9);
-  // The error is between 0 and 0.04 now: what is stated at the end has the target as its upper end.
+  // The error is between 0 and 0.04 now. At the end, the upper end of the stated interval is the target.
   expect([curve.finish!.earliest, curve.finish!.latest]).toEqual([80, 240]);
   expect(curve.guides[0]!.to.error).toBeCloseTo((0.08 * 10) / 240, 9);
 });

@@ -1,7 +1,7 @@
 import {expect, test} from 'vitest';
 import {QuickLook} from '../src/model/quick_look';
 
-/** A farm that answers when the test asks for it, and counts the jobs that it had at once. */
+/** A farm that answers when the test says so, and records the most jobs that it had at once. */
 class Jobs {
   next = 1n;
   readonly there = new Map<bigint, string>();

@@ -38,7 +38,7 @@ const kJson = {
   ],
 };
 
-/** Number 1999 of the scene, 1998 of its first material's kind: fields that this page does not know. */
+/** A field that this page does not know. The scene has number 1999, its first material 1998, and so on. */
 const unknownField = (number: number, text: string) => ({no: number, wireType: 2, data: new Uint8Array([text.length, ...new TextEncoder().encode(text)])});
 
 function sceneWithUnknownFields(): Scene {

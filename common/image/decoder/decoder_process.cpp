@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -11,8 +10,11 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <optional>
 #include <thread>
 
+#include "common/base/child_program.h"
+#include "common/base/descriptor.h"
 #include "common/base/file.h"
 #include "common/base/text.h"
 #include "common/image/texels.h"
@@ -20,50 +22,12 @@
 namespace lightmill {
 namespace {
 
-constexpr int kFirstOtherDescriptor = 3;
-constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for start and end, in addition to the
-                                                                        ///< image's time
+/// For start and end, in addition to the file's time.
+constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);
 
-constexpr int kPipeBytes = 1 << 20;  ///< what every process may have without privileges
+constexpr int kPipeBytes = 1 << 20;  ///< the largest pipe without privileges (Linux's default)
 constexpr std::size_t kMostFingerprintBytes = 65536;
-constexpr std::chrono::milliseconds kEndPause(5);  ///< between two looks whether a process has ended
-
-/// Owner of a file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close(); }
-  void close() {
-    if (number_ >= 0) {
-      ::close(std::exchange(number_, -1));
-    }
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
-/// Only the variables of the loader and of sanitizers. Others may be secrets, which uploaded images must not reach.
-std::vector<char*> decoder_environment() {
-  static char bind_now[] = "LD_BIND_NOW=1";  // otherwise each child would resolve symbols again
-  std::vector<char*> variables{bind_now};
-  for (char** variable = environ; *variable != nullptr; ++variable) {
-    const std::string_view text(*variable);
-    if (text.starts_with("LD_LIBRARY_PATH=") || text.substr(0, text.find('=')).ends_with("SAN_OPTIONS")) {
-      variables.push_back(*variable);
-    }
-  }
-  variables.push_back(nullptr);
-  return variables;
-}
-
-std::string described(int status) {
-  return WIFSIGNALED(status) ? fmt::format("signal {}, {}", WTERMSIG(status), ::strsignal(WTERMSIG(status)))
-                             : fmt::format("exit code {}", WEXITSTATUS(status));
-}
+constexpr std::chrono::milliseconds kEndPause(5);  ///< between two checks whether a process has ended
 
 /// The error in a reply.
 Status status_of(const DecodeReply& reply) {
@@ -80,16 +44,26 @@ Status status_of(const DecodeReply& reply) {
   }
 }
 
-Status check_reply(const DecodeReply& reply) {
+Status check_image_reply(const DecodeReply& reply) {
   LM_RETURN_IF_ERROR(status_of(reply));
   const bool sound = reply.width > 0 && reply.height > 0 && (reply.bytes_per_pixel == 4 || reply.bytes_per_pixel == 16);
   return sound ? ok_status() : invalid_argument("the image is damaged: its decoder sent an invalid reply");
 }
 
-/// What comes from the decoder: pixels through a pipe, and replies over its socket.
+Status check_mesh_reply(const DecodeReply& reply, const MeshRequest& request) {
+  LM_RETURN_IF_ERROR(status_of(reply));
+  const bool sound =
+      reply.vertices == request.vertices &&
+      (request.fewer_triangles ? reply.triangles <= request.triangles : reply.triangles == request.triangles);
+  return sound ? ok_status() : invalid_argument("the mesh is damaged: its decoder sent an invalid reply");
+}
+
+}  // namespace
+
+/// Input from the decoder: pixels or arrays through a pipe, and replies over its socket.
 struct FromDecoder {
   int pipe = -1, socket = -1;
-  std::chrono::milliseconds patience{0};  ///< without anything
+  std::chrono::milliseconds patience{0};  ///< the longest wait for data
 
   /// Waits until there is something to read. False if the socket was shut first.
   bool wait_for(int descriptor) const {
@@ -99,7 +73,7 @@ struct FromDecoder {
     return ready[0].revents != 0;
   }
   /// False if the pipe ends before. The decoder ends a slow child.
-  bool read_pixels(std::span<std::byte> bytes) const {
+  bool read_bytes(std::span<std::byte> bytes) const {
     while (!bytes.empty()) {
       const ssize_t got = wait_for(pipe) ? ::read(pipe, bytes.data(), bytes.size()) : 0;
       if (got <= 0) {
@@ -111,13 +85,15 @@ struct FromDecoder {
   }
 };
 
-/// Reads the pixels of an image. Without an error here, the decoder's reply says what is wrong.
+namespace {
+
+/// Reads the pixels of an image. OK also if the pipe ends early: then the decoder's reply has the error.
 Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& texels) {
   DecodeReply head;
-  if (!from.read_pixels(std::as_writable_bytes(std::span(&head, 1)))) {
+  if (!from.read_bytes(std::as_writable_bytes(std::span(&head, 1)))) {
     return ok_status();
   }
-  LM_RETURN_IF_ERROR(check_reply(head));
+  LM_RETURN_IF_ERROR(check_image_reply(head));
   LM_RETURN_IF_ERROR(check_pixels(head.width, head.height, max_pixels));
   const auto count = static_cast<std::size_t>(head.width) * static_cast<std::size_t>(head.height);
   const std::size_t size = count * head.bytes_per_pixel;
@@ -128,7 +104,7 @@ Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& 
   const std::shared_ptr<const void> owner(start,
                                           [size](const void* pixels) { ::munmap(const_cast<void*>(pixels), size); });
   ::madvise(start, size, MADV_HUGEPAGE);  // fewer page faults here, and fewer TLB misses of rendering
-  if (!from.read_pixels({static_cast<std::byte*>(start), size})) {
+  if (!from.read_bytes({static_cast<std::byte*>(start), size})) {
     return ok_status();
   }
   texels = {head.width, head.height, {}, {}, head.encoded != 0};
@@ -140,40 +116,39 @@ Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& 
   return check_finite(texels);
 }
 
-/// Starts the decoder with these descriptors as its input and output; /dev/null for −1. `flag` may be null. Only those two stay
-/// open, all signals are as at a program's start, and it has its own process group, so that Ctrl-C in a terminal reaches
-/// only the caller.
-Result<pid_t> spawn_decoder(const std::filesystem::path& path, const char* flag, int input, int output) {
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  for (const auto& [from, to] : {std::pair{input, STDIN_FILENO}, std::pair{output, STDOUT_FILENO}}) {
-    if (from >= 0) {
-      ::posix_spawn_file_actions_adddup2(&files, from, to);
-    } else {
-      ::posix_spawn_file_actions_addopen(&files, to, "/dev/null", O_RDWR, 0);
+/// Reads the arrays of a mesh. There is no `mesh` unless all of them came.
+Status receive_arrays(const FromDecoder& from, const MeshRequest& request, std::optional<DecodedMesh>& mesh) {
+  mesh.reset();
+  DecodeReply head;
+  if (!from.read_bytes(std::as_writable_bytes(std::span(&head, 1)))) {
+    return ok_status();
+  }
+  LM_RETURN_IF_ERROR(check_mesh_reply(head, request));
+  DecodedMesh received;
+  received.corners.resize(3 * head.triangles);
+  if (!from.read_bytes(std::as_writable_bytes(std::span(received.corners)))) {
+    return ok_status();
+  }
+  for (const std::uint32_t corner : received.corners) {
+    if (corner >= request.vertices) {
+      return invalid_argument("the compressed data are damaged: vertex {} is out of range, there are {}", corner,
+                              request.vertices);
     }
   }
-  ::posix_spawn_file_actions_addclosefrom_np(&files, kFirstOtherDescriptor);
-  posix_spawnattr_t attributes;
-  ::posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  ::sigemptyset(&signals);
-  ::posix_spawnattr_setsigmask(&attributes, &signals);
-  ::sigfillset(&signals);
-  ::posix_spawnattr_setsigdefault(&attributes, &signals);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::string program = path.string(), option = flag == nullptr ? "" : flag;
-  const std::array<char*, 3> arguments{program.data(), flag == nullptr ? nullptr : option.data(), nullptr};
-  pid_t pid = 0;
-  const int error =
-      ::posix_spawn(&pid, program.c_str(), &files, &attributes, arguments.data(), decoder_environment().data());
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&files);
-  if (error != 0) {
-    return failed_precondition("cannot decode images: cannot start {}: {}; install it beside this program", program,
-                               std::strerror(error));
+  for (const CompressedAttribute& attribute : request.attributes) {
+    std::string& numbers = received.attributes.emplace_back();
+    numbers.resize(request.vertices * attribute.components * component_bytes(attribute.type));
+    if (!from.read_bytes(std::as_writable_bytes(std::span(numbers)))) {
+      return ok_status();
+    }
   }
-  return pid;
+  mesh = std::move(received);
+  return ok_status();
+}
+
+/// Starts the decoder with these descriptors as its input and output. `flag` may be null.
+Result<pid_t> spawn_decoder(const std::filesystem::path& path, const char* flag, int input, int output) {
+  return start_child({path, flag, input, output, true});
 }
 
 }  // namespace
@@ -218,7 +193,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, co
                                path.string(), kFingerprintFlag, std::chrono::duration<double>(time_limit).count());
   }
   if (status != 0 || text.empty()) {
-    return failed_precondition("{} {} fails: {}", path.string(), kFingerprintFlag, described(status));
+    return failed_precondition("{} {} fails: {}", path.string(), kFingerprintFlag, end_text(status));
   }
   return text.substr(0, text.find('\n'));
 }
@@ -251,16 +226,16 @@ std::string DecoderProcess::stop() {
     }
   }
   pid_ = 0;
-  return described(status);
+  return end_text(status);
 }
 
 /// UNAVAILABLE if the process is gone.
-Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int file, Texels* texels) {
+Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int file, const Receive& receive) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
-    return resource_exhausted("no pipe for its pixels: {}", std::strerror(errno));
+    return resource_exhausted("no pipe from its decoder: {}", std::strerror(errno));
   }
-  Descriptor pixels(ends[0]);
+  Descriptor pipe(ends[0]);
   // The decoder kills its child when the socket closes.
   const std::stop_callback stopped(stop_, [this] { ::shutdown(socket_, SHUT_RDWR); });
   {
@@ -283,12 +258,9 @@ Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int f
       return unavailable("{}", std::strerror(errno));
     }
   }
-  const FromDecoder from{pixels.number(), socket_, options_.time_limit + kGrace};
-  Status received;
-  if (texels != nullptr) {
-    received = receive_pixels(from, request.max_pixels, *texels);
-  }
-  pixels.close();  // ends a child that would send more
+  const FromDecoder from{pipe.number(), socket_, options_.time_limit + kGrace};
+  const Status received = receive(from);
+  pipe.close();  // ends a child that would send more
   DecodeReply reply;
   if (!from.wait_for(socket_) || ::recv(socket_, &reply, sizeof(reply), 0) != static_cast<ssize_t>(sizeof(reply))) {
     return unavailable("no answer");
@@ -296,25 +268,26 @@ Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int f
   return received.ok() ? Result<DecodeReply>(reply) : received;
 }
 
-Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels, Texels* texels) {
+Result<DecodeReply> DecoderProcess::ask(ByteView bytes, DecodeRequest request, const Receive& receive) {
   if (stop_.stop_requested()) {
-    return cancelled("the image is no longer needed");
+    return cancelled("it is no longer needed");
   }
-  const Descriptor file(::memfd_create("image", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  const Descriptor file(::memfd_create("file", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (file.number() < 0) {
-    return resource_exhausted("no file in memory for the image: {}", std::strerror(errno));
+    return resource_exhausted("no file in memory for it: {}", std::strerror(errno));
   }
   LM_RETURN_IF_ERROR(write_all(file.number(), bytes));
   ::fcntl(file.number(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL);
-  const DecodeRequest request{bytes.size(), max_pixels, options_.time_limit.count()};
+  request.file_bytes = bytes.size();
+  request.time_ms = options_.time_limit.count();
   std::string end;
   for (int attempt = 0; attempt < 2; ++attempt) {  // it may have been killed while idle
     if (pid_ == 0) {
       LM_RETURN_IF_ERROR(start());
     }
-    Result<DecodeReply> reply = exchange(request, file.number(), texels);
+    Result<DecodeReply> reply = exchange(request, file.number(), receive);
     if (reply.ok()) {
-      LM_RETURN_IF_ERROR(check_reply(*reply));
+      LM_RETURN_IF_ERROR(status_of(*reply));
       return reply;
     }
     if (reply.status().code() != StatusCode::kUnavailable) {
@@ -322,7 +295,7 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
     }
     end = stop();
     if (stop_.stop_requested()) {
-      return cancelled("the image is no longer needed");
+      return cancelled("it is no longer needed");
     }
   }
   return failed_precondition("cannot decode it: {} was started twice and ended ({}); run it by hand to see why",
@@ -330,18 +303,39 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
 }
 
 Result<ImageSize> DecoderProcess::size(ByteView bytes, const std::string& name) {
-  LM_ASSIGN_OR_RETURN(const DecodeReply reply, with_context(ask(bytes, 0, nullptr), name));
+  const auto nothing = [](const FromDecoder&) { return ok_status(); };
+  LM_ASSIGN_OR_RETURN(const DecodeReply reply, with_context(ask(bytes, {}, nothing), name));
+  LM_RETURN_IF_ERROR(with_context(check_image_reply(reply), name));
   return ImageSize{
       reply.width, reply.height, reply.bytes_per_pixel, {reply.orientation != 0, reply.gamma != 0, reply.profile != 0}};
 }
 
 Result<Texels> DecoderProcess::decode(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
   Texels texels;
-  Status status = ask(bytes, max_pixels, &texels).status();
+  DecodeRequest request;
+  request.max_pixels = max_pixels;
+  Status status =
+      ask(bytes, request, [&](const FromDecoder& from) { return receive_pixels(from, max_pixels, texels); }).status();
   if (status.ok() && texels.width == 0) {
-    status = invalid_argument("the image is damaged: its decoder gives fewer pixels than it says");
+    status = invalid_argument("the image is damaged: it has fewer pixels than its header says");
   }
   return status.ok() ? Result<Texels>(std::move(texels)) : with_context(status, name);
+}
+
+Result<DecodedMesh> DecoderProcess::decode_mesh(ByteView bytes, const MeshRequest& wanted) {
+  LM_RETURN_IF_ERROR(check_request(wanted));
+  DecodeRequest request;
+  request.kind = DecodeKind::mesh;
+  request.vertices = wanted.vertices;
+  request.triangles = wanted.triangles;
+  request.fewer_triangles = wanted.fewer_triangles ? 1 : 0;
+  request.attribute_count = static_cast<std::uint32_t>(wanted.attributes.size());
+  std::ranges::copy(wanted.attributes, request.attributes.begin());
+  std::optional<DecodedMesh> mesh;
+  LM_RETURN_IF_ERROR(
+      ask(bytes, request, [&](const FromDecoder& from) { return receive_arrays(from, wanted, mesh); }).status());
+  return mesh ? Result<DecodedMesh>(*std::move(mesh))
+              : invalid_argument("the compressed data are damaged: their decoder gives less than it says");
 }
 
 }  // namespace lightmill

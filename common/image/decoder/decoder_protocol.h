@@ -1,8 +1,9 @@
-// Protocol between a program and its image decoder, over a socket that is the decoder's standard input.
+// Protocol between a program and its decoder of images and compressed meshes, over a socket that is the decoder's standard
+// input.
 //
-// A request is one socket message with two descriptors: the file's bytes, and a pipe for the pixels. Each request has one
-// reply. Before the pixels, the pipe carries the reply that will follow if all of them can be read. Both programs are
-// from the same build, so values are sent as they are in memory.
+// A request is one socket message with two descriptors: the file's bytes, and a pipe for the pixels or the mesh's
+// arrays. Each request has one reply. Before the pixels or arrays, the pipe carries the reply that will follow if all of
+// them can be read. Both programs are from the same build, so values are sent as they are in memory.
 #pragma once
 
 #include <unistd.h>
@@ -16,23 +17,33 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
+#include "common/image/decoder/compressed_mesh.h"
 
 namespace lightmill {
+
+enum class DecodeKind : std::uint32_t { image, mesh };
 
 struct DecodeRequest {
   std::uint64_t file_bytes = 0;
   std::int64_t max_pixels = 0;  ///< larger images are refused; 0: only the header is read
   std::int64_t time_ms = 0;     ///< wall-clock limit for reading
+  DecodeKind kind = DecodeKind::image;
+  // Of meshes, as in MeshRequest:
+  std::uint32_t fewer_triangles = 0;
+  std::uint64_t vertices = 0, triangles = 0;
+  std::uint32_t attribute_count = 0;
+  std::array<CompressedAttribute, kMaxCompressedAttributes> attributes{};
 };
 
-/// The child's answer. A malicious image may control the child, so the receiver checks every field.
+/// The child's answer. A malicious file may control the child, so the receiver checks every field.
 struct DecodeReply {
   std::int32_t code = 0;  ///< a StatusCode
   std::int32_t width = 0, height = 0;
   std::uint32_t bytes_per_pixel = 0;
   std::uint32_t encoded = 0;
   std::uint32_t orientation = 0, gamma = 0, profile = 0;  ///< IgnoredProperties
-  std::array<char, 1000> text{};                          ///< error message without the image's name
+  std::uint64_t vertices = 0, triangles = 0;              ///< of a mesh
+  std::array<char, 1000> text{};                          ///< error message without the file's name
 };
 
 inline DecodeReply error_reply(const Status& status) {
@@ -47,7 +58,7 @@ inline Status write_all(int descriptor, ByteView bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written <= 0 && errno != EINTR) {
-      return resource_exhausted("{} bytes of the image cannot be sent: {}", bytes.size(), std::strerror(errno));
+      return resource_exhausted("{} bytes cannot be sent: {}", bytes.size(), std::strerror(errno));
     }
     bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
   }

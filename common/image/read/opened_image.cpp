@@ -55,7 +55,7 @@ void complete(T* pixels, std::size_t count, int channels, T opaque) {
   }
 }
 
-/// ": " and the first line of the library's message, if any. Further lines come from callers of what failed.
+/// ": " and the first line of the library's message, if any. Further lines come from callers of the failed function.
 std::string reason(const std::string& text) {
   const std::string line = library_text(text.substr(0, text.find('\n')));
   return line.empty() ? "" : ": " + line;

@@ -20,8 +20,8 @@ namespace lightmill {
 using PixelSink = std::function<Status(ByteView rows)>;
 
 /// Only the reader of the detected format sees the bytes. No reader gets a file name, because some would open it.
-/// Messages do not name the image. What a header says about its pixels is applied: the windows and primaries of EXR
-/// files, and the orientation, exposure, and kind of colours of Radiance pictures.
+/// Messages do not name the image. The reader applies the windows and primaries of EXR files, and the orientation,
+/// exposure and colour space of Radiance pictures.
 class OpenedImage {
  public:
   /// `bytes` must outlive the result. INVALID_ARGUMENT unless it is a flat image in one of kImageFormats.
@@ -30,9 +30,9 @@ class OpenedImage {
   int width() const { return frame_.width; }
   int height() const { return frame_.height; }
   ImageSize size() const;
-  /// RESOURCE_EXHAUSTED if the image, or what its file has of it, has more pixels.
+  /// RESOURCE_EXHAUSTED if the image, or the part that the file stores, has more pixels.
   Status check_limit(std::int64_t max_pixels) const;
-  /// The larger of the image and of what its file has of it.
+  /// Pixels of the image, or of the part that the file stores, if that has more.
   std::uint64_t most_pixels() const;
   /// Integer values, which are sRGB-encoded unless the scene says otherwise.
   bool encoded() const { return !input_->spec().format.is_floating_point(); }

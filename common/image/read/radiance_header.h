@@ -1,4 +1,4 @@
-// Header of a Radiance picture (.hdr): what its pixels mean. OpenImageIO reads only the size and the pixels.
+// Header of a Radiance picture (.hdr): order and meaning of its pixels. OpenImageIO reads only the size and the pixels.
 #pragma once
 
 #include <array>

@@ -8,6 +8,10 @@
 //   distance=D        how far rays go, in scene units (default: unlimited)
 //   brute-force       rays test every triangle
 //
+// Weaknesses
+//   - Materials, lights and the environment do not matter. Mirrors and glass look white.
+//   - A closed room is black without a `distance`.
+//
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method ao:distance=1 --spp 64 -o ao.exr
 #include "common/methods/factories.h"

@@ -1,13 +1,13 @@
 // `caustic`: path tracing, with photons for caustics.
 //
 // The method splits light transport by how a path starts at its light:
-//   - from the light over casters to another surface, the receiver: photons trace these paths, to their end
+//   - from the light via casters to another surface, the receiver: photons trace these paths, to their end
 //   - all other paths: `path` traces them, from the camera
 // Casters are mirrors, smooth glass and smooth metal (MaterialTable::casters). In Heckbert's notation the photons bring
 // L S+ D (D|S)* E. Only the materials along a path decide who traces it, so no light is counted twice or missed.
 //
 // A photon at a directly visible receiver adds to the pixels that see it. This part is unbiased. The camera may also
-// see a receiver over casters. There a density estimate gathers photons within a radius that shrinks from pass to pass
+// see a receiver via casters. There a density estimate gathers photons within a radius that shrinks from pass to pass
 // (Jensen 1996, "Global Illumination using Photon Maps"; Knaus and Zwicker 2011, "Progressive Photon Mapping: A
 // Probabilistic Approach"). One sample takes one photon pass.
 //
@@ -19,7 +19,7 @@
 //   --max-bounces N   scatterings of a path, at most (default 1000)
 //
 // Weaknesses
-//   - What the camera sees over casters is blurred while the radius is large.
+//   - Surfaces that the camera sees via casters are blurred while the radius is large.
 //   - Photons do not cover caustics of glossy surfaces, or of coats over diffuse surfaces. `path` has to find them.
 //   - Scattering media are refused.
 //
@@ -38,7 +38,7 @@ class CausticEstimator : public photons::GatherEstimator {
 
   template <class Tracer, class Bsdf>
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
-    // Photons: gathered at the first receiver that the camera sees over casters. finish_sample splats those that it
+    // Photons: gathered at the first receiver that the camera sees via casters. finish_sample splats photons that it
     // sees directly.
     if (vertex.bounce > 0 || tracer.meter() != nullptr) {
       gather(tracer, vertex, bsdf, wo, lanes);
@@ -76,7 +76,7 @@ class CausticEstimator : public photons::GatherEstimator {
 
 std::unique_ptr<Method> make_caustic_method(ScenePointer scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
-  return photons::make_photon_method<CausticEstimator>(std::move(scene), settings, spec, photons::PhotonKind::caustic);
+  return photons::make_photon_method<CausticEstimator>(std::move(scene), settings, spec, photons::kCausticPhotons);
 }
 
 }  // namespace lightmill

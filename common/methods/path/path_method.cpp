@@ -1,3 +1,4 @@
+// `path`: see path_estimator.h.
 #include "common/methods/factories.h"
 
 #include "common/methods/path/path_estimator.h"

@@ -49,36 +49,37 @@ void for_each_visible_splat(const CompiledScene& scene, const PhotonPass& pass, 
   }
 }
 
-void add_meter_hits(tracer::Wavefront& film, const PhotonPass& pass) {
-  const PixelRect& tile = film.tile();
+void add_meter_hits(tracer::Wavefront& wavefront, const PhotonPass& pass) {
+  const PixelRect& tile = wavefront.tile();
   const std::uint32_t meter = meter_of(tile);
   for (const MeterHit& hit : pass.meters[meter]) {
     // A part of a meter's tile is a rectangle of its pixels.
     const int x = static_cast<int>(hit.pixel) % kTileSize - tile.x;
     const int y = static_cast<int>(hit.pixel) / kTileSize - (tile.y - meter_rect(meter).y);
     if (x >= 0 && x < tile.width && y >= 0 && y < tile.height) {
-      film.add_photons(first_lanes(1), U8(static_cast<std::uint32_t>(y * tile.width + x)), broadcast(hit.value),
-                       U8(hit.group));
+      wavefront.add_photons(first_lanes(1), U8(static_cast<std::uint32_t>(y * tile.width + x)), broadcast(hit.value),
+                            U8(hit.group));
     }
   }
 }
 
-GatherDiscs::GatherDiscs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
-                         const tracer::Vertex8& vertex)
+GatherDiscs::GatherDiscs(const tracer::Wavefront& wavefront, const PhotonPass& pass, const FoundPhotons& found,
+                         F8 radius, const tracer::Vertex8& vertex)
     : pass_(pass),
       found_(found),
       radius_(radius),
       surface_(vertex.surface),
-      most_scatterings_(film.max_bounces() - vertex.bounce + 1) {
+      most_scatterings_(wavefront.max_bounces() - vertex.bounce + 1) {
   alignas(32) std::uint32_t counts[8];
   for (std::size_t lane = 0; lane < 8; ++lane) {
     counts[lane] = static_cast<std::uint32_t>(found[lane].size());
   }
   counts_ = U8::load(counts);
-  if (film.scene().features().opacity) {
-    // Photons stop with the probability of the opacity, and so do camera paths. The square would count.
+  if (wavefront.scene().features().opacity) {
+    // Photons stop with the probability of the opacity, and so do camera paths. Without this factor the opacity would
+    // count twice.
     const M8 lanes = signed_less(U8(0u), counts_);
-    opacity_ = select(lanes, film.scene().materials().opacity(surface_, lanes), F8(1.0f));
+    opacity_ = select(lanes, wavefront.scene().materials().opacity(surface_, lanes), F8(1.0f));
   }
   size_ = *std::ranges::max_element(counts);
 }

@@ -4,7 +4,7 @@
 
 #include "common/methods/factories.h"
 #include "common/methods/path/path_estimator.h"
-#include "common/methods/photons/photon_passes.h"
+#include "common/methods/photons/gather_pass.h"
 #include "common/methods/photons/visible_splats.h"
 #include "common/methods/tracer/tracer_method.h"
 
@@ -49,7 +49,7 @@ void find_photons(const Map& map, const V8& point, F8 radius, M8 lanes, FoundPho
 /// other surfaces near by.
 class GatherDiscs {
  public:
-  GatherDiscs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
+  GatherDiscs(const tracer::Wavefront& wavefront, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
               const tracer::Vertex8& vertex);
 
   struct Term8 {
@@ -61,7 +61,7 @@ class GatherDiscs {
   /// The largest number of terms of a lane.
   std::uint32_t size() const { return size_; }
   Term8 term(std::uint32_t k) const;
-  /// 1 / the disc's area that is there.
+  /// 1 / (the disc's area · opacity).
   F8 per_area() const { return F8(kInvPi) / (radius_ * radius_ * opacity_); }
 
  private:
@@ -79,7 +79,7 @@ class GatherDiscs {
 /// radius²) over the photons on the disc. `weight(term, wi, value)` may weight a term, and `add(term, value)` takes it.
 /// The layer `bias` gets the estimate minus the one with half the radius.
 template <class Bsdf, class Weight, class Add>
-void estimate_density(tracer::Wavefront& film, const GatherDiscs& discs, const tracer::Vertex8& vertex,
+void estimate_density(tracer::Wavefront& wavefront, const GatherDiscs& discs, const tracer::Vertex8& vertex,
                       const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight, const Add& add) {
   const F8 per_area = discs.per_area();
   V8 beyond_half;
@@ -89,23 +89,23 @@ void estimate_density(tracer::Wavefront& film, const GatherDiscs& discs, const t
     for_each_scattered(bsdf, wo, vertex, term.photon.wi, term.valid, [&](const V8& wi, M8 there, const V8& scattered) {
       value = value + masked(there, weight(term, wi, term.photon.power * scattered * per_area));
     });
-    if (film.channels().bias >= 0) {  // the disc of half the radius has a quarter of the area
+    if (wavefront.channels().bias >= 0) {  // the disc of half the radius has a quarter of the area
       beyond_half = beyond_half + masked(term.valid, select(term.inside, value * F8(-3.0f), value));
     }
     add(term, value);
   }
-  if (discs.size() > 0 && film.channels().bias >= 0) {
-    film.add_to_layer(film.channels().bias, lanes, vertex.in.slot, vertex.in.throughput * beyond_half);
+  if (discs.size() > 0 && wavefront.channels().bias >= 0) {
+    wavefront.add_to_layer(wavefront.channels().bias, lanes, vertex.in.slot, vertex.in.throughput * beyond_half);
   }
 }
 
-/// Calls `add(splat, bsdf, wo, wi, lanes, value)` for the directly visible photons of a tile. `value` is what they add
-/// to their pixels.
+/// Calls `add(splat, bsdf, wo, wi, lanes, value)` for the directly visible photons of a tile. `value` is their
+/// contribution to their pixels.
 template <class Add>
-void add_visible_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vector<const Splat*>& splats,
+void add_visible_photons(tracer::Wavefront& wavefront, const PhotonPass& pass, std::vector<const Splat*>& splats,
                          RenderCounters& counters, const Add& add) {
-  const CompiledScene& scene = film.scene();
-  for_each_visible_splat(scene, pass, film.tile(), splats, counters, [&](const VisibleSplat8& splat) {
+  const CompiledScene& scene = wavefront.scene();
+  for_each_visible_splat(scene, pass, wavefront.tile(), splats, counters, [&](const VisibleSplat8& splat) {
     const Surface8& surface = splat.surface;
     const ShadingFrame8 frame(surface);
     const V8 wo = frame.wo(-splat.direction);
@@ -123,7 +123,7 @@ void add_visible_photons(tracer::Wavefront& film, const PhotonPass& pass, std::v
 }
 
 /// Adds the photons that crossed the tile's meter.
-void add_meter_hits(tracer::Wavefront& film, const PhotonPass& pass);
+void add_meter_hits(tracer::Wavefront& wavefront, const PhotonPass& pass);
 
 /// State of camera paths that gather photons at the first receiver, which is the first surface that is no caster
 /// (MaterialTable::casters).
@@ -143,15 +143,15 @@ inline constexpr std::uint32_t kFromReceiver = 1;
 /// The path has met a receiver, and then only casters. Photons bring the light at its end.
 inline constexpr std::uint32_t kOverCasters = 2;
 
-/// Common base of `caustic` and `ppm`: `path`, with photons in place of paths that go from a light over casters.
+/// Common base of `caustic` and `ppm`: `path`, with photons in place of paths that go from a light via casters.
 class GatherEstimator : public path::PathEstimator {
  public:
   using Path = GatherPath8;
   using Workspace = PhotonWorkspace<Path>;
-  using Shared = PhotonPasses;
+  using Shared = GatherPasses;
   static constexpr bool kScattersInMedia = false;
 
-  GatherEstimator(const CompiledScene& scene, const PhotonPasses& passes, std::uint64_t sample, std::uint64_t end,
+  GatherEstimator(const CompiledScene& scene, const GatherPasses& passes, std::uint64_t sample, std::uint64_t end,
                   Workspace& ws)
       : PathEstimator(scene), pass_(passes.pass(sample, end, ws)), ws_(ws) {}
 
@@ -178,18 +178,18 @@ class GatherEstimator : public path::PathEstimator {
 
   /// Adds the light of the photons near vertices at the first receiver. Holdouts receive none.
   template <class Bsdf>
-  void gather(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+  void gather(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     if constexpr (!requires { Bsdf::kEndsPaths; }) {
       lanes = and_not(lanes, vertex.at.casters) & (vertex.path.chain == U8(kFromCamera));
       if (lanes.any()) {
         const F8 radius = pass_->gather_radius(path_length(vertex));
-        gather_from(pass_->first, radius, film, vertex, bsdf, wo, lanes);
-        gather_from(pass_->later, radius * F8(PhotonPass::kLater), film, vertex, bsdf, wo, lanes);
+        gather_from(pass_->first, radius, wavefront, vertex, bsdf, wo, lanes);
+        gather_from(pass_->later, radius * F8(kLaterRadius), wavefront, vertex, bsdf, wo, lanes);
       }
     }
   }
 
-  std::shared_ptr<const PhotonPass> pass_;
+  std::shared_ptr<const GatherPass> pass_;
   Workspace& ws_;
 
  private:
@@ -198,27 +198,27 @@ class GatherEstimator : public path::PathEstimator {
   }
 
   template <class Bsdf>
-  void gather_from(const PhotonMap& map, F8 radius, tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf,
-                   const V8& wo, M8 lanes) {
+  void gather_from(const PhotonMap& map, F8 radius, tracer::Wavefront& wavefront, const Vertex& vertex,
+                   const Bsdf& bsdf, const V8& wo, M8 lanes) {
     if (map.empty()) {
       return;
     }
     find_photons(map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
     const Path& in = vertex.path;
-    const GatherDiscs discs(film, *pass_, ws_.found, radius, vertex);
+    const GatherDiscs discs(wavefront, *pass_, ws_.found, radius, vertex);
     V8 sum;
     estimate_density(
-        film, discs, vertex, bsdf, wo, lanes,
+        wavefront, discs, vertex, bsdf, wo, lanes,
         [](const GatherDiscs::Term8& /*term*/, const V8& /*wi*/, const V8& value) { return value; },
         [&](const GatherDiscs::Term8& term, const V8& value) {
-          if (film.channels().separates_lights()) {
-            film.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);
+          if (wavefront.channels().separates_lights()) {
+            wavefront.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);
           } else {
             sum = sum + value;
           }
         });
-    if (discs.size() > 0 && !film.channels().separates_lights()) {
-      film.add_photons(lanes, in.slot, in.throughput * sum, U8(0u));
+    if (discs.size() > 0 && !wavefront.channels().separates_lights()) {
+      wavefront.add_photons(lanes, in.slot, in.throughput * sum, U8(0u));
     }
   }
 };
@@ -226,7 +226,7 @@ class GatherEstimator : public path::PathEstimator {
 /// The method of an estimator with photons, or `path` if no light emits photons.
 template <class Estimator, class... Args>
 std::unique_ptr<Method> make_photon_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-                                           const MethodSpec& spec, PhotonKind kind, const Args&... args) {
+                                           const MethodSpec& spec, const PhotonKind& kind, const Args&... args) {
   auto shared =
       std::make_unique<const typename Estimator::Shared>(*scene, pass_settings(settings, spec, kind), args...);
   if (shared->empty()) {

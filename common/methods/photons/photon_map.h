@@ -8,7 +8,7 @@
 
 namespace lightmill::photons {
 
-/// Immutable. What it finds, and in which order, depends only on the photons and the cell size.
+/// Immutable. Its results and their order depend only on the photons and the cell size.
 class PhotonMap {
  public:
   PhotonMap() = default;

@@ -2,7 +2,7 @@
 //
 // Shows one photon pass, the same in every sample: all photons of `ppm`, or with `caustic` those of `caustic`. A
 // directly visible photon adds its power to one pixel, relative to the mean power of emitted photons. So a white photon
-// that lost nothing is 1. Lights, and anything in or behind mirrors and glass, are not shown.
+// that lost nothing is 1.
 //
 // Parameters
 //   photons=N         photons (default: one for 16 pixels of the film, from 4096 to 65536)
@@ -11,11 +11,17 @@
 //   brute-force       rays test every triangle
 //   --max-bounces N   scatterings of a photon, at most (default 1000)
 //
+// Weaknesses
+//   - Lights, and anything in or behind mirrors and glass, are not shown.
+//   - More samples show the same photons.
+//   - Scattering media are refused.
+//
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method photon-map:caustic --spp 1 -o photons.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"
+#include "common/methods/photons/gather_pass.h"
 #include "common/methods/photons/visible_splats.h"
 
 namespace lightmill {
@@ -24,10 +30,9 @@ namespace {
 class PhotonMapShader {
  public:
   PhotonMapShader(const CompiledScene& scene, const MethodSettings& settings, const MethodSpec& spec) : scene_(&scene) {
-    photons::PhotonPassSettings pass = photons::pass_settings(
-        settings, spec, spec.caustic ? photons::PhotonKind::caustic : photons::PhotonKind::global);
-    pass.splats = true;
-    passes_ = std::make_shared<const photons::PhotonPasses>(scene, pass);
+    photons::PhotonKind kind = spec.caustic ? photons::kCausticPhotons : photons::kGlobalPhotons;
+    kind.splats = true;
+    passes_ = std::make_shared<const photons::GatherPasses>(scene, photons::pass_settings(settings, spec, kind));
   }
 
   V8 shade(const CameraHit8& /*at*/, RenderCounters& /*counters*/) const { return {}; }
@@ -37,7 +42,9 @@ class PhotonMapShader {
     if (pass == nullptr || pass->photons.empty()) {
       return;
     }
-    const F8 per_power(1 / pass->photon_power);
+    const double photons = std::max<std::uint32_t>(pass->started, 1);
+    const auto mean_power = static_cast<float>((pass->power.x + pass->power.y + pass->power.z) / (3 * photons));
+    const F8 per_power(1 / mean_power);
     const std::size_t pixels = static_cast<std::size_t>(tile.pixel_count());
     std::vector<const photons::Splat*> splats;
     photons::for_each_visible_splat(
@@ -57,7 +64,7 @@ class PhotonMapShader {
 
  private:
   const CompiledScene* scene_;
-  std::shared_ptr<const photons::PhotonPasses> passes_;
+  std::shared_ptr<const photons::GatherPasses> passes_;
 };
 
 }  // namespace

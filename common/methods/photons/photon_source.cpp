@@ -1,4 +1,4 @@
-#include "common/methods/photons/photon_tracer.h"
+#include "common/methods/photons/photon_pass.h"
 
 namespace lightmill::photons {
 namespace {
@@ -23,16 +23,16 @@ void add_media(const CompiledScene& scene, const Lights& lights, double off, Pho
 
 }  // namespace
 
-PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind) {
-  const CausticTargets& caustic = scene.caustic_targets();
+PhotonSource photon_source(const CompiledScene& scene, bool caustic) {
+  const CausticTargets& scene_targets = scene.caustic_targets();
   const LightTable& lights = scene.lights();
-  const bool all = kind != PhotonKind::caustic;
-  BoundingSphere everything = caustic.scene;
-  if (!caustic.planes.empty()) {
+  BoundingSphere everything = scene_targets.scene;
+  if (!scene_targets.planes.empty()) {
     everything.radius = std::numeric_limits<double>::infinity();
   }
-  const std::span<const BoundingSphere> targets = all ? std::span(&everything, 1) : std::span(caustic.casters);
-  PhotonSource source{PhotonEmission(lights, targets, caustic.planes, caustic.scene, all), {}, {}};
+  const std::span<const BoundingSphere> targets =
+      caustic ? std::span(scene_targets.casters) : std::span(&everything, 1);
+  PhotonSource source{PhotonEmission(lights, targets, scene_targets.planes, scene_targets.scene, !caustic), {}, {}};
   if (scene.features().media && !source.emission.empty()) {
     constexpr double kOnSphere = 0.57736;  // the diagonal of the box of a unit sphere is 2·√3; half of it, inverted
     add_media(scene, lights.facets, 1e-5, source);

@@ -1,63 +1,369 @@
-// Photon tracer: traces the photons of one pass from lights to the surfaces that store them.
+// Photon tracer: traces the photons of one pass from lights to the surfaces that store them, eight at a time, bounce by
+// bounce. It is compiled once per kind of paths.
 #pragma once
 
-#include <vector>
-
-#include "common/lights/photon_emission.h"
 #include "common/methods/method.h"
-#include "common/methods/photons/merge_map.h"
-#include "common/methods/photons/photon.h"
+#include "common/methods/photons/photon_pass.h"
+#include "common/methods/shading_frame.h"
+#include "common/methods/surface_bsdf.h"
+#include "common/methods/tracer/lane_queue.h"
+#include "common/methods/tracer/sample_plan.h"
+#include "common/methods/transmittance.h"
 
 namespace lightmill::photons {
 
-/// A photon that crossed a meter.
-struct MeterHit {
-  std::uint32_t pixel = 0;  ///< of the meter's tile, drawn uniformly
-  std::uint32_t group = 0;  ///< its light group
-  Vec3 value{0};            ///< irradiance that this pixel estimates
+/// Eight photons in the queue. Paths with more state derive from it, and have their own AtVertex.
+struct PhotonPath8 {
+  struct AtVertex {};  ///< what the paths need at a surface: nothing
+
+  V8 origin, direction;
+  V8 power;
+  F8 scale;  ///< 1 / the largest component of the initial power. Russian roulette decides by power times this
+  U8 index;  ///< number in the pass
+  U8 tag;    ///< Photon::tag, with the scatterings so far
+  U8 met;    ///< kNothing, kCasters or kReceivers
+  Media8 media;
 };
 
-/// Result of one pass.
-struct PhotonTrace {
-  std::vector<Photon> photons;
-  // Of light paths only, by photon: vcm::Partial8, and the number of the path.
-  std::vector<float> d_vcm, d_vc;
-  std::vector<std::uint32_t> path;
-  std::vector<std::vector<MeterHit>> meters;  ///< one entry per meter of the scene
-  Vec3d power{0};                             ///< sum over the photons, as they start
-  std::uint32_t started = 0;                  ///< photons with power above 0
+/// Surfaces that a photon has met since its start: none, only casters, or others too.
+inline constexpr std::uint32_t kNothing = 0, kCasters = 1, kReceivers = 2;
+
+/// Eight photons at surfaces.
+template <class Path>
+struct PhotonVertex8 : ShadingFrame8 {
+  const Path& photon;
+  const Arrival8& arrival;
+  const Surface8& surface;
+  std::uint32_t number;
+  M8 casters;
+  [[no_unique_address]] typename Path::AtVertex at;
+  F8 weight = F8(1.0f);  ///< of the image of the photon's direction
+  M8 stored = {};        ///< lanes whose photon is stored
 };
 
-/// Light that the photons of a method bring.
-enum class PhotonKind {
-  caustic,     ///< light that goes over casters to a receiver; photons are aimed at casters
-  global,      ///< all light that surfaces receive
-  light_path,  ///< the same, for connection and merging with camera paths
-};
+/// Hooks of PhotonTracer, for photons that are gathered.
+struct PhotonPaths {
+  using Path = PhotonPath8;
+  static constexpr bool kStoresAtCasters = false;
+  bool caustic;  ///< PhotonKind::caustic
 
-/// Emission of photons, for all passes of a scene. Photons start at all lights that next-event estimation samples.
-/// Unless they are caustic photons, they also start at any environment. Emissive surfaces that are not sampled emit
-/// none. Camera paths find their light.
-struct PhotonSource {
-  PhotonEmission emission;
-  std::vector<std::uint32_t> media_low, media_high;  ///< by light: the media in which its light starts; empty: none
-};
-/// The light of lights with a position starts in the media at their centre. Other light starts in none.
-PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind);
-
-struct PhotonPassPlan {
-  std::uint32_t photons = 0;
-  std::uint32_t seed = 0;  ///< the pass's
-  std::uint32_t max_bounces = 0;
-  PhotonKind kind = PhotonKind::caustic;
-  /// Radius of a point meter's disc over its distance from the camera.
-  float point_meter_radius_per_distance = 0;
-  MergeRadii merging = {};  ///< of light paths only
+  /// Photons start. Returns the lanes that do.
+  static M8 start(const PhotonEmission::Photon8& /*emitted*/, Path& /*path*/, M8 lanes) { return lanes; }
+  /// The lanes whose light counts at the next surface. For `caustic`, camera paths find light that has met nothing yet.
+  M8 counted(const Path& path, M8 lanes) const { return caustic ? and_not(lanes, path.met == U8(kNothing)) : lanes; }
+  /// Photons have reached surface `number` of their paths.
+  static Path::AtVertex arrive(const Path& /*path*/, const Surface8& /*surface*/, M8 /*lanes*/,
+                               std::uint32_t /*number*/) {
+    return {};
+  }
+  /// Photons leave a vertex in direction out.direction, which is the sample's.
+  template <class Bsdf>
+  static void leave(const PhotonVertex8<Path>& /*vertex*/, const Bsdf& /*bsdf*/, const BsdfSample8& /*sample*/,
+                    const V8& /*wo*/, Path& /*out*/, M8 /*lanes*/) {}
+  /// The vertex's photons were stored.
+  static void store(const PhotonVertex8<Path>& /*vertex*/, M8 /*lanes*/) {}
+  /// Weight of photons that cross a meter of this area.
+  static F8 meter_weight(const Path& /*path*/, const V8& /*point*/, const V8& /*normal*/, F8 /*area*/, F8 /*cosine*/,
+                         M8 /*lanes*/, std::uint32_t /*number*/) {
+    return F8(1.0f);
+  }
 };
 
 /// A photon depends only on its number in the pass and on the plan. `stop` is checked between bounces. If it was
-/// requested, the result is incomplete.
-PhotonTrace trace_photons(const CompiledScene& scene, const PhotonSource& source, const PhotonPassPlan& plan,
-                          RenderCounters& counters, const std::stop_token& stop = {});
+/// requested, the pass is incomplete.
+template <class Paths>
+class PhotonTracer {
+ public:
+  using Path = typename Paths::Path;
+
+  PhotonTracer(const CompiledScene& scene, const PhotonSource& source, Paths& paths, PhotonPass& out,
+               RenderCounters& counters)
+      : scene_(scene), source_(source), plan_(out.plan), paths_(paths), out_(out), counters_(counters) {
+    const std::size_t rows = scene.features().normal_maps ? 4 * kSplitBelow : kBatchPhotons;
+    now_.reserve(rows);
+    next_.reserve(rows);
+    out_.meters.resize(scene.meters().size());
+  }
+
+  void run(const std::stop_token& stop) {
+    for (std::uint32_t first = 0; first < plan_.photons && !stop.stop_requested(); first += kBatchPhotons) {
+      emit(first, std::min(first + kBatchPhotons, plan_.photons));
+      // Emission takes the decisions of vertex 0.
+      for (std::uint32_t vertex = 1; now_.size() > 0 && !stop.stop_requested(); ++vertex) {
+        next_.clear();
+        for (int i = 0; i < now_.size(); i += 8) {
+          trace_segment(now_.load(i), first_lanes(now_.size() - i), vertex);
+        }
+        std::swap(now_, next_);
+      }
+    }
+  }
+
+ private:
+  using Vertex8 = PhotonVertex8<Path>;
+  static constexpr std::uint32_t kBatchPhotons = 1024;  ///< photons that start together
+  static constexpr int kSplitBelow = 2048;              ///< photons in flight, up to which each may continue as four
+
+  void emit(std::uint32_t first, std::uint32_t last) {
+    now_.clear();
+    const U8 seed(plan_.seed);
+    const F8 photons(static_cast<float>(plan_.photons));
+    for (std::uint32_t i = first; i < last; i += 8) {
+      const U8 index = U8(i) + U8::lane_index();
+      const PhotonEmission::Photon8 p =
+          source_.emission.emit(tracer::decide(index, seed, 0, tracer::choice_decision(0)),
+                                tracer::decide(index, seed, 0, tracer::light_decision(0)),
+                                tracer::decide(index, seed, 0, tracer::bsdf_decision(0)));
+      const F8 largest = max_component(p.power);
+      M8 lanes = first_lanes(static_cast<int>(last - i)) & p.valid & (largest > F8(0.0f));
+      const VectorLanes powers(p.power);
+      for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+        out_.power += Vec3d(powers[std::countr_zero(bits)]) * (1.0 / plan_.photons);
+        ++out_.started;
+      }
+      const M8 sampled = lanes & signed_less(p.light, U8(static_cast<std::uint32_t>(scene_.lights().size())));
+      const U8 group = select(sampled, scene_.lights().group(p.light, sampled), U8(scene_.environment_group()));
+      Path path;
+      static_cast<PhotonPath8&>(path) = {
+          p.origin,          p.direction, p.power * F8(1.0f / static_cast<float>(plan_.photons)),
+          photons / largest, index,       group << kTagGroupShift,
+          U8(kNothing),      {}};
+      if (!source_.media_low.empty()) {
+        path.media = {gather(source_.media_low.data(), p.light, lanes),
+                      gather(source_.media_high.data(), p.light, lanes)};
+      }
+      lanes = paths_.start(p, path, lanes);
+      now_.push(lanes, path);
+    }
+  }
+
+  void trace_segment(Path photon, M8 lanes, std::uint32_t number) {
+    const Ray8 rays{photon.origin, photon.direction, F8(std::numeric_limits<float>::infinity())};
+    const Passing8 passing =
+        scene_.features().opacity
+            ? Passing8::decided_by(tracer::decide(photon.index, U8(plan_.seed), number, opacity_decision(number)).u)
+            : Passing8{};
+    const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, passing, kNoGeometry, counters_);
+    const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
+    const M8 counted = paths_.counted(photon, lanes);
+    if (!out_.meters.empty()) {
+      const F8 length =
+          select(arrival.hits.hit, dot(surface.point - photon.origin, photon.direction), rays.max_distance);
+      cross_meters(photon, counted, length, passing, number);
+    }
+    if (number > plan_.max_bounces) {
+      return;
+    }
+    const M8 casters = scene_.materials().casters(surface.material, arrival.hits.hit);
+    const M8 scattered = casters | (arrival.hits.hit & counted);
+    if (scattered.none()) {
+      return;
+    }
+    photon.power = photon.power * arrival.transmittance;
+    photon.tag = photon.tag + U8(1u);
+    photon.media = arrival.media;
+    Vertex8 vertex{ShadingFrame8(surface),
+                   photon,
+                   arrival,
+                   surface,
+                   number,
+                   casters,
+                   paths_.arrive(photon, surface, arrival.hits.hit, number)};
+    const V8 wi = vertex.frame.to_local(-photon.direction);
+    if ((scattered & vertex.bent).any()) [[unlikely]] {
+      scatter_images(vertex, wi, scattered);
+    } else {
+      scatter_from(vertex, wi, scattered);
+    }
+  }
+
+  /// Calls scatter for each BSDF of the surfaces. Light comes from wi.
+  void scatter_from(const Vertex8& vertex, const V8& wi, M8 lanes) {
+    for_each_kind(scene_.materials(), vertex.surface, lanes, [&](MaterialKind kind, M8 of_kind) {
+      visit_bsdf(scene_, kind, vertex.surface, vertex.arrival.crossing, wi, of_kind, [&](const auto& bsdf, M8 there) {
+        if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(bsdf)>, HoldoutSurface>) {
+          scatter(vertex, bsdf, wi, there);
+        }
+      });
+    });
+  }
+
+  /// Lanes that go the first and the second of two ways, and their weight.
+  struct Ways8 {
+    M8 first, second;
+    F8 weight;
+  };
+  /// `both`: the lanes that may also go the second way. They go both ways. If there are many paths, one way is drawn.
+  /// If it were always drawn, few paths in bumpy glass would survive and carry all the light.
+  Ways8 ways(M8 lanes, M8 both, F8 u) const {
+    if (now_.size() <= kSplitBelow) {
+      return {lanes, both, F8(1.0f)};
+    }
+    const M8 second = both & (u < F8(0.5f));
+    return {and_not(lanes, second), second, select(both, F8(2.0f), F8(1.0f))};
+  }
+  /// Random numbers for the ways at a bent normal. Else only the start of a path takes light_decision.
+  Pair8 draw_ways(const Vertex8& vertex) const {
+    return hashed_pair(vertex.photon.index, decision_seed(U8(plan_.seed), tracer::light_decision(vertex.number)));
+  }
+
+  /// Scatters light from both images of a photon's direction (ShadingFrame8::for_each_wi). If the first image is behind
+  /// a bent normal, so is the second.
+  void scatter_images(Vertex8& vertex, const V8& wi, M8 lanes) {
+    const V8 image = vertex.frame.to_local(mirror_image(-vertex.photon.direction, vertex.facing));
+    lanes = and_not(lanes, vertex.bent & (wi.z <= F8(0.0f)));
+    const Ways8 images = ways(lanes, lanes & vertex.bent & (image.z > F8(0.0f)), draw_ways(vertex).u);
+    vertex.weight = images.weight;
+    scatter_from(vertex, wi, images.first);
+    vertex.stored = images.first;
+    scatter_from(vertex, image, images.second);
+  }
+
+  /// Light leaves a bent normal in the sampled direction, and in its mirror image (ShadingFrame8::wo). Each counts if
+  /// it is on the right side of the geometric normal. If the first is on the wrong side, so is the second.
+  template <class Bsdf>
+  void leave_bent(const Vertex8& vertex, const Bsdf& bsdf, BsdfSample8 s, const V8& wi, const V8& direction, M8 lanes) {
+    const V8 image = mirror_image(direction, vertex.frame.n);
+    const F8 side = dot(image, vertex.facing);
+    const M8 right = select(s.transmitted, (side < F8(0.0f)), (side > F8(0.0f)));
+    const Ways8 sides = ways(lanes, lanes & vertex.bent & right, draw_ways(vertex).v);
+    s.weight = s.weight * (vertex.weight * sides.weight);
+    leave(vertex, bsdf, s, wi, direction, sides.first);
+    if (sides.second.any()) {
+      leave(vertex, bsdf, s, wi, image, sides.second);
+    }
+  }
+
+  template <class Bsdf>
+  void scatter(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    const Path& in = vertex.photon;
+    const U8 seed(plan_.seed);
+    BsdfSample8 s;
+    if constexpr (requires { bsdf.eval(wo, wo); }) {
+      const M8 stored = and_not(Paths::kStoresAtCasters ? lanes : and_not(lanes, vertex.casters), vertex.stored);
+      if (stored.any()) {
+        store(vertex, stored);
+      }
+      s = tracer::draw_direction(bsdf, wo, in.index, seed, vertex.number);
+    } else if constexpr (requires { bsdf.sample(wo); }) {
+      s = bsdf.sample(wo);
+    } else {
+      s = bsdf.sample(wo, tracer::decide(in.index, seed, vertex.number, tracer::bsdf_decision(vertex.number)).u);
+    }
+    const V8 direction = vertex.frame.to_world(s.wi);
+    if (vertex.bent.any()) [[unlikely]] {
+      leave_bent(vertex, bsdf, s, wo, direction, lanes);
+    } else {
+      leave(vertex, bsdf, s, wo, direction, lanes);
+    }
+  }
+
+  /// Continues paths in a direction.
+  template <class Bsdf>
+  void leave(const Vertex8& vertex, const Bsdf& bsdf, const BsdfSample8& s, const V8& wo, const V8& direction,
+             M8 lanes) {
+    Path out = vertex.photon;
+    out.direction = direction;
+    paths_.leave(vertex, bsdf, s, wo, out, lanes);
+    continue_path(vertex, s, wo, out, lanes);
+  }
+
+  /// Queues a path in its new direction. Light is traced as particles, so refraction does not scale it by eta², unlike
+  /// radiance. The correction for shading normals has the directions exchanged (Veach 1997, 5.2.2 and 5.3.2). Russian
+  /// roulette follows.
+  void continue_path(const Vertex8& vertex, const BsdfSample8& s, const V8& wo, Path& out, M8 lanes) {
+    const F8 from = abs(dot(vertex.photon.direction, vertex.facing)) * abs(s.wi.z);
+    const F8 offset = vertex.surface.offset;
+    out.origin = vertex.surface.point + vertex.facing * select(s.transmitted, -offset, offset);
+    const F8 side = dot(out.direction, vertex.facing);
+    lanes = and_not(lanes, select(s.transmitted, side > F8(0.0f), side < F8(0.0f)));
+    const F8 normals = select(from > F8(0.0f), wo.z * abs(side) / from, F8(0.0f));
+    out.power = out.power * s.weight * (s.eta * s.eta * normals);
+    // Roulette that followed the correction would kill paths along a bumpy surface, which it makes bright again later.
+    out.scale = select(vertex.bent & (normals > F8(0.0f)), out.scale / normals, out.scale);
+    const F8 survival = max_component(out.power) * out.scale;
+    lanes =
+        tracer::roulette(lanes & (survival > F8(0.0f)), survival, out.index, U8(plan_.seed), vertex.number, out.power);
+    if (scene_.features().media) {
+      out.media = select(s.transmitted, vertex.arrival.crossing.beyond, out.media);
+    }
+    out.met = select(vertex.casters, select(out.met == U8(kNothing), U8(kCasters), out.met), U8(kReceivers));
+    if (lanes.any()) {
+      next_.push(lanes, out);
+    }
+  }
+
+  void store(const Vertex8& vertex, M8 lanes) {
+    const VectorLanes point(vertex.surface.point), wi(-vertex.photon.direction), power(vertex.photon.power),
+        normal(vertex.surface.geometric_normal);
+    alignas(32) std::uint32_t geometry[8], primitive[8], tag[8], met[8];
+    vertex.arrival.hits.geometry.store(geometry);
+    vertex.arrival.hits.primitive.store(primitive);
+    vertex.photon.tag.store(tag);
+    vertex.photon.met.store(met);
+    for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+      const int i = std::countr_zero(bits);
+      const std::uint32_t first = met[i] == kReceivers ? 0 : 1;
+      out_.photons.push_back({point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], first});
+    }
+    paths_.store(vertex, lanes);
+  }
+
+  void cross_meters(const Path& photon, M8 lanes, F8 length, const Passing8& passing, std::uint32_t number) {
+    for (std::size_t m = 0; lanes.any() && m < out_.meters.size(); ++m) {
+      if (!scene_.meters()[m].measures_radiance) {
+        cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, length, passing, number);
+      }
+    }
+  }
+
+  void cross_meter(const CompiledMeter& meter, std::vector<MeterHit>& hits, const Path& photon, M8 lanes, F8 length,
+                   const Passing8& passing, std::uint32_t number) {
+    const V8 normal = broadcast(meter.direction);
+    const V8 corner = broadcast(meter.corner) + normal * surface_offset(normal, broadcast(meter.magnitude));
+    const F8 cosine = -dot(photon.direction, normal);
+    const F8 at = -dot(corner - photon.origin, normal) / cosine;
+    const V8 q = photon.origin + photon.direction * at - corner;
+    const V8 edge1 = broadcast(meter.edge1), edge2 = broadcast(meter.edge2);
+    const F8 area(plan_.meter_area(scene_, meter));
+    M8 inside;
+    if (meter.edge1 == Vec3(0)) {
+      const float radius = plan_.meter_radius(scene_, meter);
+      inside = length_squared(q) < F8(radius * radius);
+    } else {
+      const F8 a = dot(cross(q, edge2), normal) / area, b = dot(cross(edge1, q), normal) / area;
+      inside = (a >= F8(0.0f)) & (a < F8(1.0f)) & (b >= F8(0.0f)) & (b < F8(1.0f));
+    }
+    lanes = lanes & inside & (cosine > F8(0.0f)) & (at > F8(0.0f)) & (at < length);
+    if (lanes.none()) {
+      return;
+    }
+    V8 power = photon.power;
+    if (scene_.features().media) {
+      power = power * trace_transmittance(scene_, lanes, {photon.origin, photon.direction, at}, photon.media, passing,
+                                          kNoGeometry, counters_)
+                          .transmittance;
+    }
+    constexpr std::uint32_t kPixels = kTileSize * kTileSize;
+    power =
+        power * paths_.meter_weight(photon, photon.origin + photon.direction * at, normal, area, cosine, lanes, number);
+    const VectorLanes value(power * (F8(static_cast<float>(kPixels)) / area));
+    alignas(32) std::uint32_t tag[8], pixel[8];
+    photon.tag.store(tag);
+    (mix(photon.index * U8(0x9e3779b9u) + U8(plan_.seed ^ 0x6d657465u)) & U8(kPixels - 1)).store(pixel);
+    for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+      const int i = std::countr_zero(bits);
+      hits.push_back({pixel[i], tag[i] >> kTagGroupShift, value[i]});
+    }
+  }
+
+  const CompiledScene& scene_;
+  const PhotonSource& source_;
+  const PhotonPassPlan& plan_;
+  Paths& paths_;
+  PhotonPass& out_;
+  RenderCounters& counters_;
+  LaneQueue<Path> now_, next_;
+};
 
 }  // namespace lightmill::photons

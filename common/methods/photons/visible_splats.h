@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "common/methods/photons/photon_passes.h"
+#include "common/methods/photons/photon_pass.h"
 #include "common/methods/transmittance.h"
 
 namespace lightmill::photons {

@@ -65,7 +65,7 @@ class PpmEstimator : public photons::GatherEstimator {
 }  // namespace
 
 std::unique_ptr<Method> make_ppm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec) {
-  return photons::make_photon_method<PpmEstimator>(std::move(scene), settings, spec, photons::PhotonKind::global);
+  return photons::make_photon_method<PpmEstimator>(std::move(scene), settings, spec, photons::kGlobalPhotons);
 }
 
 }  // namespace lightmill

@@ -1,5 +1,15 @@
 // `preview`: reflectance plus emission of the first surface, without light transport. The environment is the
 // background.
+//
+// Parameters
+//   brute-force       rays test every triangle
+//
+// Weaknesses
+//   - Nothing shades a surface, so the picture shows outlines but no shapes.
+//   - Mirrors, metal and glass show a colour, without reflections and refractions.
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method preview --spp 16 -o balls.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"

@@ -1,14 +1,14 @@
 // Deterministic direct light of all lights, with hard shadows.
 //
 //   - Point, spot, cosine-power, IES and directional lights are evaluated as they are.
-//   - Emissive objects act as points (lights/emitter_points.h). They neither shade what they light nor light
-//   themselves.
+//   - Emissive objects act as points (lights/emitter_points.h). They cast no shadows in their own light, and do not
+//     light themselves.
 //   - Emissive planes, spheres with an emission texture, and emitters whose opacity varies are visible but light
 //     nothing.
 //   - The environment is the background. It also lights every surface evenly and without shadows, as if its mean
 //     radiance came from everywhere: albedo · mean. This is exact for a uniform sky over a convex diffuse shape.
-//   - Mirrors, and smooth metal, glass and layers of principled materials, show none of this. What they show is the
-//     `smooth` of their BSDF (materials/bsdf.h).
+//   - Mirrors, and smooth metal, glass and layers of principled materials, scatter none of this. Their reflections and
+//     refractions are the `smooth` of their BSDF (materials/bsdf.h).
 #pragma once
 
 #include "common/methods/shading_frame.h"

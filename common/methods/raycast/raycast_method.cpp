@@ -1,11 +1,15 @@
 // `raycast`: direct light of all lights at the first surface (local_shading.h), plus its emission.
 //
-// Light is not followed further, so mirrors and smooth glass are black. Only the position in the pixel and on the lens
-// is random.
+// Only the position in the pixel and on the lens is random.
 //
 // Parameters
 //   flat              surfaces are shaded with their geometric normals
 //   brute-force       rays test every triangle
+//
+// Weaknesses
+//   - Light is not followed further. Mirrors, and smooth metal and glass, are black.
+//   - All shadows are hard. Emissive objects act as points.
+//   - The environment lights all surfaces evenly.
 //
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method raycast:flat --spp 16 -o balls.exr

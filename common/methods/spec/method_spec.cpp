@@ -138,11 +138,11 @@ bool method_gathers(std::string_view name) {
 
 std::uint32_t shared_samples(const MethodSpec& method) {
   // Stored photons with their search structures, per emitted photon, in rooms full of glass and mirrors.
-  constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32, kDefaultPhotonsAtMost = 65536;
+  constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32;
   if (!follows_photons(method.name)) {
     return 0;
   }
-  const std::uint64_t pass = method.photons.value_or(kDefaultPhotonsAtMost) * kBytesPerPhoton;
+  const std::uint64_t pass = method.photons.value_or(kMostDefaultPhotons) * kBytesPerPhoton;
   return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kHeldPassBytes / pass, 1, kMostSamples));
 }
 

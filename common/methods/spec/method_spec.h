@@ -31,6 +31,7 @@ struct MethodSpec {
   std::optional<double> radius;
 };
 inline constexpr std::uint32_t kMostPhotons = 1u << 22;  ///< in a pass
+inline constexpr std::uint32_t kLeastDefaultPhotons = 4096, kMostDefaultPhotons = 65536;
 
 /// Placeholder for the method that the planner chooses for the scene, before anything is rendered.
 inline constexpr std::string_view kAutoMethod = "auto";
@@ -55,8 +56,8 @@ bool method_gathers(std::string_view name);
 
 /// Bytes of photon passes that a worker caches for the tiles of a job.
 inline constexpr std::uint64_t kHeldPassBytes = std::uint64_t{256} << 20;
-/// How many samples a sample range may have at most, where tiles share photon passes: a worker traces each pass once
-/// and caches this many. 0: tiles share no work.
+/// Largest number of samples in a sample range, where tiles share photon passes. A worker traces each pass once and
+/// caches this many. 0: tiles share no work.
 std::uint32_t shared_samples(const MethodSpec& method);
 /// The level of the pieces in which a range of `level` is rendered. Where tiles share work, pieces are single samples:
 /// a pass of a closed bright room may be so large that the cache holds only one.

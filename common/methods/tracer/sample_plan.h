@@ -6,6 +6,7 @@
 #include "common/lights/light_choice.h"
 #include "common/materials/bsdf.h"
 #include "common/methods/primary_rays.h"
+#include "common/methods/see_through.h"
 
 namespace lightmill::tracer {
 
@@ -21,7 +22,7 @@ struct Constants {
   std::uint32_t sobol_vertices = 3;  ///< vertices with Sobol' points; later ones have hashed numbers
 };
 
-/// What depends only on the sample index: early samples have split and shorter paths.
+/// Constants of one sample, which depend only on its index. Early samples have split and shorter paths.
 struct SamplePlan {
   std::uint32_t splits;
   float roulette_boost;
@@ -57,14 +58,12 @@ constexpr std::uint32_t choice_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 2;
 }
 
-/// Which light path a vertex connects to. The numbers lie above those of lights, and below kLensDecision and
+/// The light path to which a vertex connects. The numbers lie above those of lights, and below kLensDecision and
 /// medium_decision.
 constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
   return 0x30000000u + bounce;
 }
 
-/// Boundaries in a row that do not stop a ray. More are endless copies.
-inline constexpr std::uint32_t kMaxPassed = 1000;
 /// The distance in a medium, after these bounces and boundaries since the last bounce. The numbers lie above
 /// kLensDecision.
 constexpr std::uint32_t medium_decision(std::uint32_t bounce, std::uint32_t passed) {
@@ -75,6 +74,17 @@ inline Pair8 decide(U8 index, U8 pixel_seed, std::uint32_t vertex, std::uint32_t
                     std::uint32_t sobol_vertices = Constants().sobol_vertices) {
   const U8 seed = decision_seed(pixel_seed, decision);
   return vertex < sobol_vertices ? sobol_pair(index, seed) : hashed_pair(index, seed);
+}
+
+/// Russian roulette: returns the lanes that survive, with probability min(1, survival). Divides what they carry by it.
+inline M8 roulette(M8 lanes, F8 survival, U8 index, U8 pixel_seed, std::uint32_t vertex, V8& carried) {
+  const M8 at_risk = survival < F8(1.0f);
+  if ((lanes & at_risk).any()) {
+    const F8 u = hashed_number(index, decision_seed(pixel_seed, choice_decision(vertex)));
+    lanes = and_not(lanes, at_risk & (u >= survival));
+    carried = carried * select(at_risk, F8(1.0f) / survival, F8(1.0f));
+  }
+  return lanes;
 }
 
 /// Samples a direction of a BSDF with a density. Not inlined, so that all estimators share one copy.

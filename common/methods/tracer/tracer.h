@@ -142,8 +142,8 @@ class Tracer : public Wavefront {
     }
   }
 
-  /// Moves paths through surfaces that may let them pass, and through media, and shades what they reach. Not inlined, so
-  /// that scenes without these run short code.
+  /// Moves paths through surfaces that may let them pass, and through media, and shades what they reach. Not inlined,
+  /// so that scenes without these run short code.
   [[gnu::noinline]] void pass_and_shade(const Path& in, M8 lanes, const Ray8& rays, Hit8 hits, std::uint32_t bounce) {
     Passing8 passing;
     if (scene_.features().opacity) {

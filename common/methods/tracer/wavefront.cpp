@@ -174,24 +174,19 @@ void Wavefront::add_unoccluded(const Path8& in, M8 lanes, std::uint32_t body, co
 }
 
 M8 Wavefront::roulette(Path8& paths, M8 lanes, std::uint32_t bounce) const {
-  if (bounce >= plan_.first_roulette) {
-    const F8 survival = max_component(paths.throughput) * paths.roulette_scale * F8(plan_.roulette_boost);
-    const M8 at_risk = survival < F8(1.0f);
-    if ((lanes & at_risk).any()) {
-      const F8 u = hashed_number(paths.index, decision_seed(paths.pixel_seed, choice_decision(bounce)));
-      lanes = lanes & ~(at_risk & (u >= survival));
-      paths.throughput = paths.throughput * select(at_risk, F8(1.0f) / survival, F8(1.0f));
-    }
+  if (bounce < plan_.first_roulette) {
+    return lanes;
   }
-  return lanes;
+  const F8 survival = max_component(paths.throughput) * paths.roulette_scale * F8(plan_.roulette_boost);
+  return tracer::roulette(lanes, survival, paths.index, paths.pixel_seed, bounce, paths.throughput);
 }
 
 void Wavefront::sum_splits() {
   const std::size_t pixels = pixels_;
   for (std::size_t channel = 0; plan_.splits > 1 && channel < channels_.layout.summed; ++channel) {
     const float* const from = ws_.radiance.data() + channel * slots_;
-    float* const to = ws_.radiance.data() + channel * pixels;  // at or before the values it reads, which are not needed
-                                                               // again
+    // At or before the values that it is made from. They are not needed again.
+    float* const to = ws_.radiance.data() + channel * pixels;
     for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
       float sum = from[pixel];
       for (std::size_t split = 1; split < plan_.splits; ++split) {

@@ -27,12 +27,12 @@
 
 #include "common/methods/photons/gathering.h"
 #include "common/methods/vcm/densities.h"
+#include "common/methods/vcm/light_path_pass.h"
 
 namespace lightmill::vcm {
 namespace {
 
 using photons::Photon8;
-using photons::PhotonPass;
 
 struct CameraPayload {
   Partial8 partial;
@@ -61,7 +61,7 @@ struct VcmShared {
       : passes(scene, settings), connections_at_once(at_once) {}
   bool empty() const { return passes.empty(); }
 
-  photons::PhotonPasses passes;
+  LightPathPasses passes;
   std::uint32_t connections_at_once;
 };
 
@@ -82,6 +82,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   VcmEstimator(const CompiledScene& scene, const VcmShared& shared, std::uint64_t sample, std::uint64_t end,
                VcmWorkspace& ws)
       : scene_(scene),
+        emission_(shared.passes.emission()),
         pass_(shared.passes.pass(sample, end, ws)),
         connections_at_once_(shared.connections_at_once),
         ws_(ws) {}
@@ -95,7 +96,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   }
 
   void start_on_meter(const CompiledMeter& meter, Path& /*path*/, Path::AtVertex& at) const {
-    at.merging = F8(pass_->meter_area(meter) * light_paths() / (kTileSize * kTileSize));
+    at.merging = F8(pass_->plan.meter_area(scene_, meter) * light_paths() / (kTileSize * kTileSize));
   }
 
   Path::AtVertex arrive(const Path& in, const Surface8& surface, M8 /*lanes*/) const {
@@ -176,7 +177,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   }
 
  private:
-  float light_paths() const { return static_cast<float>(pass_->emitted); }
+  float light_paths() const { return static_cast<float>(pass_->plan.photons); }
 
   static F8 cosine_of(const Vertex& vertex, const BsdfSample8& sample) {
     return abs(dot(vertex.frame.to_world(sample.wi), vertex.facing));
@@ -187,8 +188,8 @@ class VcmEstimator : public tracer::EstimatorBase {
     if (bounce == 0) {
       return F8(1.0f);
     }
-    return found_light(
-        in.partial, light_densities(scene_, *pass_->emission, light, in.origin, point, -in.direction, cosine, lanes));
+    return found_light(in.partial,
+                       light_densities(scene_, emission_, light, in.origin, point, -in.direction, cosine, lanes));
   }
 
   template <class Bsdf>
@@ -196,32 +197,32 @@ class VcmEstimator : public tracer::EstimatorBase {
                           M8 lanes) const {
     const V8& from = vertex.surface.point;
     const V8 direction = -light.wi;
-    const F8 cosine = pass_->emission->cosine(light.light, light.point, direction, lanes);
+    const F8 cosine = emission_.cosine(light.light, light.point, direction, lanes);
     const LightDensities8 densities =
-        light_densities(scene_, *pass_->emission, light.light, from, light.point, direction, cosine, lanes);
+        light_densities(scene_, emission_, light.light, from, light.point, direction, cosine, lanes);
     const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, lanes);
     return sampled_light(vertex.at.partial, vertex.at.merging, abs(dot(light.wi, vertex.facing)),
                          bsdf.pdf_solid_angle(wo, wi), back, densities);
   }
 
   /// Adds the light that a light path brings to a camera path's vertex. Bounce 0: to a directly visible vertex.
-  static void add_light(tracer::Wavefront& film, M8 lanes, U8 slot, const Photon8& photon, const V8& value,
+  static void add_light(tracer::Wavefront& wavefront, M8 lanes, U8 slot, const Photon8& photon, const V8& value,
                         std::uint32_t bounce) {
     const M8 direct = lanes & (photon.scatterings == U8(1u)) & M8(bounce == 0);
-    film.add_light(direct, slot, value, true, photon.group);
-    film.add_light(and_not(lanes, direct), slot, value, false, photon.group);
+    wavefront.add_light(direct, slot, value, true, photon.group);
+    wavefront.add_light(and_not(lanes, direct), slot, value, false, photon.group);
   }
 
   /// Vertex merging.
   template <class Bsdf>
-  void merge(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+  void merge(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     if (pass_->merge_map.empty()) {
       return;
     }
     const F8 radius = pass_->merging.at(vertex.surface.point);
     photons::find_photons(pass_->merge_map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
     photons::estimate_density(
-        film, photons::GatherDiscs(film, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
+        wavefront, photons::GatherDiscs(wavefront, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
         [&](const photons::GatherDiscs::Term8& term, const V8& wi, const V8& value) {
           const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, term.valid);
           return value * merged(vertex.at.partial, pass_->partials(term.number, term.valid), vertex.at.merging,
@@ -229,14 +230,14 @@ class VcmEstimator : public tracer::EstimatorBase {
         },
         [&](const photons::GatherDiscs::Term8& term, const V8& value) {
           const M8 lit = term.valid & (max_component(value) > F8(0.0f));
-          add_light(film, lit, vertex.in.slot, term.photon, vertex.in.throughput * value, vertex.bounce);
+          add_light(wavefront, lit, vertex.in.slot, term.photon, vertex.in.throughput * value, vertex.bounce);
         });
   }
 
   /// Vertex connection: each vertex draws a light path, and queues connections to all its vertices.
   template <class Bsdf>
-  void connect(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
-    const PhotonPass& pass = *pass_;
+  void connect(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    const LightPathPass& pass = *pass_;
     if (pass.photons.empty()) {
       return;
     }
@@ -252,7 +253,7 @@ class VcmEstimator : public tracer::EstimatorBase {
       const V8 way = photon.point - vertex.surface.point;
       const V8 direction = way * (F8(1.0f) / sqrt(length_squared(way)));
       const F8 side = dot(direction, vertex.facing);
-      const M8 short_enough = active & signed_less(photon.scatterings, U8(film.max_bounces() - vertex.bounce));
+      const M8 short_enough = active & signed_less(photon.scatterings, U8(wavefront.max_bounces() - vertex.bounce));
       vertex.template for_each_wi<Bsdf>(direction, short_enough, [&](const V8& wi, M8 there) {
         const V8 value = in.throughput * bsdf.eval(wo, wi);
         const M8 valid = there & (max_component(value) > F8(0.0f));
@@ -265,18 +266,18 @@ class VcmEstimator : public tracer::EstimatorBase {
         ws_.connections.push(valid, {origin, value, in.slot, number, bsdf.pdf_solid_angle(wo, wi),
                                      behind(vertex.at.partial, vertex.at.merging, back), abs(side), media});
         if (ws_.connections.size() >= static_cast<int>(connections_at_once_)) {
-          trace_connections(film);
+          trace_connections(wavefront);
         }
       });
     }
   }
 
-  /// Adds the queued connections that are not occluded. A photon's power is what it brings to a place, so what it
-  /// scatters from there is radiance per area (Georgiev et al. 2012, eq. 5).
+  /// Adds the queued connections that are not occluded. A photon's power is the flux that it brings to a point, so its
+  /// scattered light is radiance per area (Georgiev et al. 2012, eq. 5).
   ///
   /// The queue's capacity changes no bit. However often the queue is emptied, a path's connections are added after the
   /// merges at its vertex and before its shadow ray.
-  void trace_connections(tracer::Wavefront& film) {
+  void trace_connections(tracer::Wavefront& wavefront) {
     for (int i = 0; i < ws_.connections.size(); i += 8) {
       const M8 lanes = first_lanes(ws_.connections.size() - i);
       const Connection8 c = ws_.connections.load(i);
@@ -306,7 +307,7 @@ class VcmEstimator : public tracer::EstimatorBase {
               const F8 light_pdf = reverse_pdf(scene_, surface, arrival.crossing, bsdf, wo, wi, lit);
               const F8 weight = connected(c.behind, c.pdf, c.cosine, light, light_pdf, cosine, distance * distance);
               const V8 brought = masked(max_component(sent) > F8(0.0f), value * sent * weight);
-              film.add_light(lit, c.slot, brought, false, photon.group);
+              wavefront.add_light(lit, c.slot, brought, false, photon.group);
             });
           }
         });
@@ -316,7 +317,8 @@ class VcmEstimator : public tracer::EstimatorBase {
   }
 
   const CompiledScene& scene_;
-  std::shared_ptr<const PhotonPass> pass_;
+  const PhotonEmission& emission_;
+  std::shared_ptr<const LightPathPass> pass_;
   std::uint32_t connections_at_once_;
   VcmWorkspace& ws_;
 };
@@ -328,8 +330,8 @@ namespace lightmill {
 
 std::unique_ptr<Method> make_vcm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec,
                                         std::uint32_t connections_at_once) {
-  return photons::make_photon_method<vcm::VcmEstimator>(std::move(scene), settings, spec,
-                                                        photons::PhotonKind::light_path, connections_at_once);
+  return photons::make_photon_method<vcm::VcmEstimator>(std::move(scene), settings, spec, vcm::kLightPaths,
+                                                        connections_at_once);
 }
 
 }  // namespace lightmill

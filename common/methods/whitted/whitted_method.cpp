@@ -14,9 +14,8 @@
 // Weaknesses
 //   - Indirect light between surfaces is missing, and so is light that media scatter.
 //   - All shadows are hard, also those of glass.
-//   - Rough metal, glass and coats are shaded as in `raycast`,
-//     without reflections.
-//     Where a roughness texture makes them smooth, reflections are followed.
+//   - Rough metal, glass and coats are shaded as in `raycast`, without reflections. Where a roughness texture makes
+//     them smooth, reflections are followed.
 //
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method whitted --spp 16 -o balls.exr
@@ -90,7 +89,7 @@ class WhittedShader {
       }
     }
     walk.sum = walk.sum + masked(branch.lanes, light * weight + arrival.emission * branch.weight);
-    // Degenerate geometry alone makes rays untraceable. The sample becomes NaN, so that the film counts it.
+    // Only degenerate geometry makes rays untraceable. The sample becomes NaN, so that the film counts it.
     if (const M8 lost = and_not(branch.lanes, Accel::traceable(branch.rays)); lost.any()) [[unlikely]] {
       walk.sum = select(lost, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())), walk.sum);
     }

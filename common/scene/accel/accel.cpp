@@ -29,8 +29,8 @@ T* made(T* handle) {
   return handle != nullptr ? handle : throw std::bad_alloc();
 }
 
-/// Throws if the error means a lack of memory or threads. Embree calls other libraries' exceptions unknown: a thread
-/// that cannot start.
+/// Throws if the error means a lack of memory or threads. Embree reports exceptions of other libraries as unknown, such
+/// as a thread that cannot start.
 void throw_if_exhausted(RTCError error) {
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
     throw std::bad_alloc();

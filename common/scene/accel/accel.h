@@ -43,14 +43,14 @@ class Accel {
   /// Builds the hierarchy. INTERNAL if Embree fails.
   Status commit();
 
-  /// Which rays can be traced: origin and direction are finite and below 1.8e18. Other rays hit nothing.
+  /// The rays that can be traced: origin and direction are finite and below 1.8e18. Other rays hit nothing.
   static M8 traceable(const Ray8& rays) {
     return in_range(rays.origin) & in_range(rays.direction) & (rays.max_distance >= F8(0.0f));
   }
   /// The nearest hit of each ray in `lanes` beyond `min_distance`. `coherent`: the rays are nearly parallel or share an
   /// origin.
   Hit8 intersect(M8 lanes, const Ray8& rays, bool coherent, F8 min_distance = F8(0.0f)) const;
-  /// Which of `lanes` hit anything.
+  /// The rays of `lanes` that hit anything.
   M8 occluded(M8 lanes, const Ray8& rays) const;
 
  private:

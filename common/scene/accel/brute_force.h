@@ -1,5 +1,5 @@
-// Ray intersection with every triangle and sphere in turn, without a hierarchy. It checks the hierarchy, and is its
-// baseline for speed.
+// Ray intersection with every triangle and sphere in turn, without a hierarchy. It is the reference for results of the
+// hierarchy, and the baseline of its speed.
 #pragma once
 
 #include <array>

@@ -1,5 +1,7 @@
 #include "common/scene/compiled/anisotropy_directions.h"
 
+#include <limits>
+
 #include "common/math/transcendental.h"
 
 namespace lightmill {

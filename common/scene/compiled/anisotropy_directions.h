@@ -10,13 +10,13 @@ namespace lightmill {
 /// One row per material. Immutable.
 ///
 /// The direction is that of u, made perpendicular to the shading normal and rotated towards v. As for normal maps, u is
-/// the mesh's tangent, or that of the triangle's texture coordinates.
+/// the mesh's tangent, or the derivative by the triangle's texture coordinates.
 class AnisotropyDirections {
  public:
   AnisotropyDirections() = default;
   explicit AnisotropyDirections(const Scene& scene);
 
-  /// Sets the tangents of directed surfaces. Surfaces without a direction are not directed after this.
+  /// Sets the tangents of directed surfaces, and clears `directed` where there is no direction.
   void find(const GeometryTable& geometry, const Hit8& hits, Surface8& surface) const;
 
  private:

@@ -59,7 +59,7 @@ FilterTable filter_table(const PixelFilter& filter) {
 
 }  // namespace
 
-/// Builds a CompiledScene step by step. Owns what is needed only during that time.
+/// Builder of a CompiledScene. Owns the data that is needed only during the build.
 class SceneCompiler {
  public:
   explicit SceneCompiler(const Scene& scene) : scene_(scene), out_(new CompiledScene()) {}
@@ -218,7 +218,7 @@ class SceneCompiler {
            (emission.texture == kNoTexture || !std::holds_alternative<SphereShape>(object.shape));
   }
 
-  /// The opacity of all of an object. Nothing if it varies.
+  /// The opacity of an object. Nothing if it varies over the surface.
   std::optional<double> opacity_of(std::size_t i) const {
     const Opacity& opacity = scene_.materials[scene_.objects[i].material].opacity;
     const bool varies = opacity.mode != Opacity::Mode::opaque && meshes_.of_object[i] != nullptr &&

@@ -98,8 +98,8 @@ class CompiledScene {
   const MediumTable& media() const { return media_; }
   /// The media around the camera.
   const Media8& camera_media() const { return camera_media_; }
-  /// The media around a point of the frame. A ray from the point out of the scene leaves media that it has not entered
-  /// before: these.
+  /// The media around a point of the frame. They are the media that a ray from the point along `direction` leaves
+  /// without having entered them.
   Media8 media_at(const Vec3& point, const Vec3& direction) const;
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }

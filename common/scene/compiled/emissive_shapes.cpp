@@ -78,7 +78,7 @@ void LightBuilder::add_sphere(std::uint32_t material, const Vec3& center, float 
   }
 }
 
-/// Whether the shape is the first in its place, and so is the light of this number.
+/// Whether the shape is the first in its place. If so, it becomes the light of this number.
 bool LightBuilder::stand_at(Place& place, std::size_t number, std::uint32_t material, double area) {
   const bool first = place.materials.empty();
   if (first) {

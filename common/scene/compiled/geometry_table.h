@@ -22,7 +22,7 @@ struct Surface8 {
   F8 offset;            ///< distance to move off the surface before tracing on
   U8 material;          ///< index of the material
   F8 u, v;              ///< texture coordinates if the material has textures, else 0
-  V8 color;             ///< that the mesh's vertices give it, in scenes with such meshes (has_colors)
+  V8 color;             ///< of the mesh's vertices, in scenes with such meshes (has_colors)
   F8 alpha;             ///< the same
   M8 bent;              ///< the shading normal is that of a map (normal_maps.h), whatever the ray's direction
   V8 tangent;           ///< of directed surfaces: the direction of the anisotropy; unit, on the shading normal's plane
@@ -34,10 +34,10 @@ struct Tangents8 {
   V8 u, v;
 };
 
-/// What a material needs the tangents of its surfaces for.
+/// Uses that a material has for the tangents of its surfaces.
 struct TangentUse {
-  bool normals = false;     ///< a map of normals
-  bool anisotropy = false;  ///< its direction
+  bool normals = false;     ///< for a normal map or bump map
+  bool anisotropy = false;  ///< for the direction
   bool any() const { return normals || anisotropy; }
 };
 

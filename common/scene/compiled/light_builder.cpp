@@ -16,7 +16,7 @@ Vec3 unit(const Point3d& direction) {
   return Vec3(glm::normalize(near_one(to_vec(direction))));
 }
 
-/// Of directions: 0.01°.
+/// 1 − cos of half the smallest angular diameter, 0.01°, that directions in single precision resolve.
 constexpr double kLeastDiskAngle = 4e-9;
 
 /// The part of `up` across a unit direction, as a unit vector.
@@ -242,7 +242,7 @@ std::vector<Vec3> LightBuilder::radiance_of_materials() const {
   return out;
 }
 
-/// Hard lights of the final shapes, with their radiance.
+/// The emissive objects as points, by their final shapes and radiance.
 EmitterPoints LightBuilder::emitter_points() const {
   EmitterPoints out;
   for (std::uint32_t i = 0; i < geometries_.size(); ++i) {

@@ -16,7 +16,7 @@ float alpha_of(double roughness) {
 }
 
 RgbColor normal_reflectance(const ConductorMaterial& metal) {
-  const auto of = [](float n, float k) { return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k); };
+  const auto of = conductor::normal_reflectance<float>;
   return {of(metal.eta.r, metal.k.r), of(metal.eta.g, metal.k.g), of(metal.eta.b, metal.k.b)};
 }
 
@@ -68,41 +68,40 @@ void MaterialTable::OpacityColumn::add(const Opacity& opacity, bool vertex_color
 void MaterialTable::add(const Material& material, const Vec3& radiance) {
   struct Entry {
     MaterialKind kind;
-    TexturedColor reflectance{1, 1, 1}, specular = {};
-    double ior = 1;
-    TexturedColor sheen = {};
+    bool tinted;  ///< colours of vertices multiply the reflectance
+    TexturedColor reflectance, specular = {}, sheen = {};
   };
   const auto smooth = [&](double roughness) {
     return alpha_of(roughness) < ggx::kSmoothAlpha && material.roughness_map.texture == kNoTexture &&
            !is_anisotropic(material);
   };
   const auto push = [](Column<float>& column, double value) { column.push_back(static_cast<float>(value)); };
-  const auto [kind, reflectance, specular, ior, sheen] = std::visit(
+  const auto [kind, tinted, reflectance, specular, sheen] = std::visit(
       Overloaded{[](const DiffuseMaterial& m) -> Entry {
-                   return {MaterialKind::diffuse, m.reflectance};
+                   return {MaterialKind::diffuse, true, m.reflectance};
                  },
                  [](const MirrorMaterial& m) -> Entry {
-                   return {MaterialKind::mirror, m.reflectance};
+                   return {MaterialKind::mirror, true, m.reflectance};
                  },
                  [&](const DielectricMaterial& m) -> Entry {
                    dielectric_.alpha.push_back(alpha_of(m.roughness));
-                   return {.kind = smooth(m.roughness) ? MaterialKind::dielectric : MaterialKind::rough_dielectric,
-                           .ior = m.ior};
+                   const auto kind = smooth(m.roughness) ? MaterialKind::dielectric : MaterialKind::rough_dielectric;
+                   return {kind, false, {1, 1, 1}};
                  },
                  [&](const PhongMaterial& m) -> Entry {
                    push(phong_.exponent, m.exponent);
-                   return {MaterialKind::phong, m.diffuse, m.specular};
+                   return {MaterialKind::phong, true, m.diffuse, m.specular};
                  },
                  [&](const ConductorMaterial& m) -> Entry {
                    conductor_.eta.push_back(to_vec(m.eta));
                    conductor_.k.push_back(to_vec(m.k));
                    conductor_.mean_fresnel.push_back(conductor::mean_fresnel(to_vec(m.eta), to_vec(m.k)));
                    conductor_.alpha.push_back(alpha_of(m.roughness));
-                   return {smooth(m.roughness) ? MaterialKind::conductor : MaterialKind::rough_conductor,
-                           normal_reflectance(m)};
+                   const auto kind = smooth(m.roughness) ? MaterialKind::conductor : MaterialKind::rough_conductor;
+                   return {kind, false, normal_reflectance(m)};
                  },
                  [](const HoldoutMaterial&) -> Entry {
-                   return {MaterialKind::holdout, {0, 0, 0}};
+                   return {MaterialKind::holdout, false, {0, 0, 0}};
                  },
                  [&](const PrincipledMaterial& m) -> Entry {
                    push(principled_.metallic, m.metallic);
@@ -115,13 +114,13 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
                    has_burley_ |= m.burley_diffuse;
                    push(principled_.sheen_roughness, m.sheen_roughness);
                    has_sheen_ |= !is_black(m.sheen_color);
-                   return {MaterialKind::principled, m.base_color, {}, m.ior, m.sheen_color};
+                   return {MaterialKind::principled, true, m.base_color, {}, m.sheen_color};
                  }},
       material.kind);
   kind_.push_back(static_cast<std::uint32_t>(kind));
   caster_.push_back(is_caster(material) ? 1 : 0);
   emits_.push_back(is_black(material.emission) ? 0 : material.two_sided_emission ? 2 : 1);
-  ior_.push_back(static_cast<float>(ior));
+  ior_.push_back(static_cast<float>(ior_of(material)));
   reflectance_.add(reflectance);
   specular_.add(specular);
   has_specular_ = has_specular_ || !is_black(specular);
@@ -132,10 +131,7 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
   opacity_.add(material.opacity, vertex_colors_);
-  const bool colorless = std::holds_alternative<DielectricMaterial>(material.kind) ||
-                         std::holds_alternative<ConductorMaterial>(material.kind) ||
-                         std::holds_alternative<HoldoutMaterial>(material.kind);
-  tinted_.push_back(colorless ? 0 : 1);
+  tinted_.push_back(tinted ? 1 : 0);
   emission_.add({{radiance.x, radiance.y, radiance.z}, material.emission.texture});
   emission_exponent_.push_back(static_cast<float>(material.emission_exponent));
   has_emission_profiles_ |= material.emission_exponent != 0;

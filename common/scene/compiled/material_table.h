@@ -118,7 +118,7 @@ class MaterialTable {
   F8 opacity(const Surface8& surface, M8 lanes) const;
   /// 1 + the index in light_groups_of(scene). 0: none.
   U8 light_group(const Surface8& surface, M8 lanes) const { return light_group_.at(surface.material, lanes); }
-  /// Which hits see emitted light, given the side that was hit.
+  /// The hits that see emitted light, given the side that was hit.
   M8 emits(const Surface8& surface, M8 lanes) const {
     const U8 sides = emits_.at(surface.material, lanes);
     return lanes & (((sides == U8(1u)) & surface.front) | (sides == U8(2u)));

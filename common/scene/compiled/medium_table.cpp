@@ -17,11 +17,6 @@ M8 is_none(U8 medium) {
   return medium == U8(0u);
 }
 
-double ior_of(const Material& material) {
-  const auto* glass = std::get_if<DielectricMaterial>(&material.kind);
-  return glass != nullptr ? glass->ior : std::get<PrincipledMaterial>(material.kind).ior;
-}
-
 bool overlap(const Bounds& a, const Bounds& b) {
   return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y &&
          a.low.z <= b.high.z && b.low.z <= a.high.z;

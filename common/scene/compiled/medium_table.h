@@ -50,9 +50,11 @@ class MediumTable {
 
   /// Absorption plus scattering, per length.
   V8 extinction(U8 medium) const { return gather3(extinction_.data(), medium, M8(true)); }
-  /// Whether any medium scatters. Then follow a medium's scattering per length, and its mean cosine.
+  /// Whether any medium scatters.
   bool scatters() const { return scatters_; }
+  /// Per length.
   V8 scattering(U8 medium) const { return gather3(scattering_.data(), medium, M8(true)); }
+  /// Mean cosine of scattering.
   F8 anisotropy(U8 medium) const { return gather(anisotropy_.data(), medium, M8(true)); }
 
   /// Bouguer's law along a path. Lengths may be infinite.
@@ -63,7 +65,7 @@ class MediumTable {
   }
   V8 transmittance(U8 medium, F8 length) const { return transmittance(extinction(medium), length); }
 
-  /// Which paths are in more media than are kept. They stay so whatever they cross, and count as outside of all.
+  /// The paths that are in more media than are kept. They stay so whatever they cross, and count as outside all media.
   static M8 overfull(const Media8& media) { return media.high == U8(0xffffffffu); }
 
   static Media8 entered(const Media8& media, U8 medium);

@@ -12,8 +12,8 @@ namespace lightmill {
 ///
 /// The tangent frame has the interpolated normal n. Its tangent is the direction of u, made perpendicular to n. Its
 /// bitangent is n × tangent, on the side of v. The direction of u is the mesh's tangent, or that of the triangle's
-/// texture coordinates. MikkTSpace ("Simulation of Wrinkled Surfaces Revisited", Mikkelsen 2008) gives the same frame for
-/// triangles in a plane. Elsewhere it averages the directions of neighbouring triangles, and we do not.
+/// texture coordinates. MikkTSpace ("Simulation of Wrinkled Surfaces Revisited", Mikkelsen 2008) gives the same frame
+/// for triangles in a plane. Elsewhere it averages the directions of neighbouring triangles, and we do not.
 ///
 /// A bump map of height h gives n − ∇h, with the gradient on the surface (Mikkelsen 2010, "Bump Mapping Unparametrized
 /// Surfaces on the GPU").

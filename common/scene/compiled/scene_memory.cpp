@@ -11,15 +11,18 @@ namespace lightmill {
 namespace {
 
 // Bytes at the peak of compiling, per item. Measured by scene_memory_bench.
-constexpr std::uint64_t kOfTriangle = 200;         ///< Embree's hierarchy while it is built, and tables
-constexpr std::uint64_t kOfPosition = 28;          ///< in single precision, twice
-constexpr std::uint64_t kOfNormal = 24;            ///< as tables grow
-constexpr std::uint64_t kOfCoordinate = 16;        ///< the same
-constexpr std::uint64_t kOfColor = 32;             ///< the same
-constexpr std::uint64_t kOfTangent = 32;           ///< the same
-constexpr std::uint64_t kOfBentTriangle = 64;      ///< the same, of materials with maps of normals
-constexpr std::uint64_t kOfGlowingTriangle = 650;  ///< of the lights' table
+constexpr std::uint64_t kOfTriangle = 200;          ///< Embree's hierarchy while it is built, and tables
+constexpr std::uint64_t kOfPosition = 28;           ///< in single precision, twice
+constexpr std::uint64_t kOfNormal = 24;             ///< as tables grow
+constexpr std::uint64_t kOfCoordinate = 16;         ///< the same
+constexpr std::uint64_t kOfColor = 32;              ///< the same
+constexpr std::uint64_t kOfTangent = 32;            ///< the same
+constexpr std::uint64_t kOfBentTriangle = 64;       ///< the same, of materials with maps of normals
+constexpr std::uint64_t kOfEmissiveTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
+constexpr std::uint64_t kOfLight = 1000;      ///< in the document, in the table and in its hierarchy
+constexpr std::uint64_t kOfMaterial = 1200;   ///< in the document and in its table
+constexpr std::uint64_t kOfFileByte = 2;      ///< while an image is decoded: the file, and its copy for the decoder
 constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp has the peak
 constexpr std::uint64_t kOfScene = 16 << 20;  ///< loaded with a program's first scene
 
@@ -47,14 +50,14 @@ MeshHeader header_of(ByteView bytes) {
 }
 
 /// The memory of an object with such a mesh, without the decoded mesh.
-std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows, bool bent) {
+std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool emits, bool bent) {
   std::uint64_t bytes = mesh.triangles * kOfTriangle + mesh.positions * kOfPosition;
   bytes += mesh.normals ? mesh.positions * kOfNormal : 0;
   bytes += mesh.coordinates ? mesh.positions * kOfCoordinate : 0;
   bytes += mesh.colors ? mesh.positions * kOfColor : 0;
   bytes += bent && mesh.coordinates ? mesh.triangles * kOfBentTriangle : 0;
   bytes += bent && mesh.tangents ? mesh.positions * kOfTangent : 0;
-  bytes += glows ? mesh.triangles * kOfGlowingTriangle : 0;
+  bytes += emits ? mesh.triangles * kOfEmissiveTriangle : 0;
   bytes += moved ? mesh.file_bytes : 0;  // a copy in the scene's coordinates
   return bytes;
 }
@@ -84,6 +87,8 @@ class Estimator {
   Result<SceneMemory> run() {
     sum_.add(kOfScene, "what every scene takes");
     sum_.add(scene_.objects.size() * kOfObject, fmt::format("its {} objects", scene_.objects.size()));
+    sum_.add(scene_.lights.size() * kOfLight, fmt::format("its {} lights", scene_.lights.size()));
+    sum_.add(scene_.materials.size() * kOfMaterial, fmt::format("its {} materials", scene_.materials.size()));
     LM_RETURN_IF_ERROR(add_meshes());
     for (const TextureImage& image : scene_.textures) {
       LM_RETURN_IF_ERROR(add_image(image.asset, image.file, "texture", 0));
@@ -91,8 +96,12 @@ class Estimator {
     for (const Light& light : scene_.lights) {
       if (const auto* environment = std::get_if<EnvironmentLight>(&light.kind); environment && environment->has_image) {
         LM_RETURN_IF_ERROR(add_image(environment->asset, environment->file, "environment", kOfSkyPixel));
+      } else if (const auto* ies = std::get_if<IesLight>(&light.kind); ies && files_.insert(ies->asset).second) {
+        LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(ies->asset));
+        note_file(bytes.size(), fmt::format("the file of the light \"{}\"", light.name));
       }
     }
+    sum_.add(largest_file_bytes_ * kOfFileByte, largest_file_);
     return sum_.memory();
   }
 
@@ -121,12 +130,12 @@ class Estimator {
       }
       const MeshHeader& header = found->second;
       const RgbColor& emission = scene_.materials[object.material].emission.rgb;
-      const bool glows = emission.r > 0 || emission.g > 0 || emission.b > 0;
-      const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !glows;
+      const bool emits = emission.r > 0 || emission.g > 0 || emission.b > 0;
+      const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !emits;
       if (!instanced || held.insert(mesh->asset).second) {
         const Material& material = scene_.materials[object.material];
         const bool bent = bends_normals(material) || is_anisotropic(material);
-        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, glows, bent), name);
+        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, emits, bent), name);
         sum_.add_triangles(header.triangles);
       }
     }
@@ -135,10 +144,11 @@ class Estimator {
 
   /// `later`: bytes per pixel after decoding, if that is more than decoding takes.
   Status add_image(const Sha256& asset, const std::string& file, const char* what, std::uint64_t later) {
-    if (!images_.insert(asset).second) {
+    if (!files_.insert(asset).second) {
       return ok_status();
     }
     LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(asset));
+    note_file(bytes.size(), fmt::format("the file of the {} \"{}\"", what, file));
     if (const Result<ImageSize> size = sizes_(as_byte_view(bytes), file); size.ok()) {
       // The decoder's values together with the pixels, or encoded pixels together with their linear form.
       sum_.add(size->pixels() * std::max<std::uint64_t>(2 * size->bytes_per_pixel, later),
@@ -147,10 +157,20 @@ class Estimator {
     return ok_status();
   }
 
+  /// Files are read one after the other, so only the largest one counts.
+  void note_file(std::uint64_t bytes, std::string name) {
+    if (bytes > largest_file_bytes_) {
+      largest_file_bytes_ = bytes;
+      largest_file_ = std::move(name);
+    }
+  }
+
   const Scene& scene_;
   const CompiledScene::AssetSource& assets_;
   const ImageSizer& sizes_;
-  std::set<Sha256> images_;
+  std::set<Sha256> files_;  ///< of images and lights
+  std::uint64_t largest_file_bytes_ = 0;
+  std::string largest_file_;
   Sum sum_;
 };
 

@@ -26,7 +26,7 @@ struct DirectionalLight {
   RgbColor irradiance;          ///< W/m² on a surface that faces it
   double angle_degrees = 0;     ///< the disk's angular diameter, in [0, 180]; 0: parallel
 };
-/// A cone of light from a point or a sphere: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
+/// A cone of light from a point or a sphere: full within cutoff · (1 − blend), then falling smoothly to zero at cutoff.
 struct SpotLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};
@@ -42,16 +42,16 @@ struct CosinePowerLight {
   RgbColor intensity;   ///< W/sr along the direction
   double exponent = 1;  ///< n, in [0, 10000]
 };
-/// A disk, ellipse or rectangle that shines on one side.
+/// A disk, ellipse or rectangle that emits on one side.
 struct DiskLight {
   Point3d position{0, 0, 0};    ///< of the centre
-  Point3d direction{0, -1, 0};  ///< normal of the side that shines
+  Point3d direction{0, -1, 0};  ///< normal of the emitting side
   RgbColor radiance;            ///< W/(m² sr)
   double radius = 1;            ///< in scene units; of an ellipse, along `up`; of a rectangle, half its height
   double second_radius = 1;     ///< across `up`; a disk has equal radii; of a rectangle, half its width
   Point3d up{1, 0, 0};          ///< only the part across `direction` counts
-  /// Opening of the cone around `direction` in which it shines, in [kLeastSpreadDegrees, 180]. The radiance at the angle
-  /// θ is 1 − tan θ / tan(spread/2) of `radiance`, as behind a grid of slats.
+  /// Opening of the cone around `direction` in which it emits, in [kLeastSpreadDegrees, 180]. The radiance at the angle
+  /// θ is (1 − tan θ / tan(spread/2)) · `radiance`, as behind a grid of slats.
   double spread_degrees = 180;
   bool rectangular = false;
   double area() const { return (rectangular ? 4 : std::numbers::pi) * radius * second_radius; }

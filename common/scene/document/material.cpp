@@ -17,7 +17,7 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                         [&](const PrincipledMaterial& m) {
                           out.insert(out.end(), {&m.base_color, &m.sheen_color});
                         },
-                        [](const auto&) {}},
+                        [](const OneOf<DielectricMaterial, ConductorMaterial, HoldoutMaterial> auto&) {}},
              material.kind);
   return out;
 }
@@ -33,20 +33,36 @@ std::optional<double> uniform_opacity(const Opacity& opacity) {
 }
 
 bool is_boundary(const Material& material) {
-  if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
-    return principled->transmission > 0 && (principled->metallic < 1 || material.metallic_map.texture != kNoTexture);
-  }
-  return std::holds_alternative<DielectricMaterial>(material.kind);
+  return std::visit(
+      Overloaded{
+          [](const DielectricMaterial&) { return true; },
+          [&](const PrincipledMaterial& m) {
+            return m.transmission > 0 && (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
+          },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
+            return false;
+          }},
+      material.kind);
+}
+
+double ior_of(const Material& material) {
+  return std::visit(
+      Overloaded{
+          [](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
+            return 1.0;
+          }},
+      material.kind);
 }
 
 const Anisotropy* anisotropy_of(const Material& material) {
+  using None = const Anisotropy*;
   return std::visit(
-      [](const auto& m) -> const Anisotropy* {
-        if constexpr (requires { m.anisotropy; }) {
-          return &m.anisotropy;
-        }
-        return nullptr;
-      },
+      Overloaded{
+          [](const OneOf<ConductorMaterial, PrincipledMaterial> auto& m) { return &m.anisotropy; },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial> auto&) {
+            return None(nullptr);
+          }},
       material.kind);
 }
 

@@ -61,7 +61,7 @@ struct ScalarMap {
   friend bool operator==(const ScalarMap&, const ScalarMap&) = default;
 };
 
-/// The share of a surface that is there. Rays pass the rest as if there were nothing.
+/// The share of rays that a surface stops. The others pass it unchanged.
 struct Opacity {
   enum class Mode {
     opaque,  ///< 1
@@ -73,7 +73,7 @@ struct Opacity {
   ScalarMap map = {};   ///< multiplies the value
   double cutoff = 0.5;  ///< in [0, 1]
 };
-/// The opacity of all of a surface. Nothing if it varies.
+/// The opacity. Nothing if it varies over the surface.
 std::optional<double> uniform_opacity(const Opacity& opacity);
 /// Shading normals in tangent space: 2 · texel − 1 is their part along u, along v (green points up the image) and
 /// along the interpolated normal.
@@ -107,8 +107,9 @@ struct PhongMaterial {
   TexturedColor specular;  ///< albedo at normal incidence; diffuse + specular <= 1 in each channel
   double exponent = 10;    ///< in [0, 1e6]
 };
-/// A metal or gloss that is rougher along one direction, as brushed metal is. The direction is that of u on the surface,
-/// rotated. Along it alpha + (1 − alpha) strength² is GGX's alpha, and alpha across it (KHR_materials_anisotropy).
+/// Metal or gloss that is rougher along one direction, as brushed metal is. The direction is that of u on the surface,
+/// rotated. Across it, GGX's alpha is roughness². Along it, it is alpha + (1 − alpha) strength², as in
+/// KHR_materials_anisotropy.
 struct Anisotropy {
   double strength = 0;          ///< in [0, 1]
   double rotation_degrees = 0;  ///< counter-clockwise: from u towards v
@@ -175,14 +176,15 @@ inline bool bends_normals(const Material& material) {
   return material.normal_map.texture != kNoTexture || material.bump_map.map.texture != kNoTexture;
 }
 
-/// None for materials without one.
+/// Null for kinds without one.
 const Anisotropy* anisotropy_of(const Material& material);
-/// Whether the direction of u on its surfaces matters.
+/// Whether the facets depend on the direction of u.
 inline bool is_anisotropic(const Material& material) {
   const Anisotropy* anisotropy = anisotropy_of(material);
   return anisotropy != nullptr && anisotropy->strength > 0;
 }
-/// The roughness, √alpha, of an isotropic surface whose facets have the same peak.
+/// Roughness (√alpha) of the isotropic surface whose distribution of facets has the same peak: alpha is the geometric
+/// mean of those along both directions.
 double mean_roughness(double roughness, const Anisotropy& anisotropy);
 
 /// The material's colours that may have a texture: those of its kind, and its emission.
@@ -190,6 +192,9 @@ std::vector<const TexturedColor*> colors_of(const Material& material);
 
 /// Whether light passes into the shape: a dielectric, or a principled material that transmits.
 bool is_boundary(const Material& material);
+
+/// Index of refraction of the inside. 1 for kinds without one.
+double ior_of(const Material& material);
 
 /// σ = 1/ρ − 1 of each component in [0, 1], at most kMaxAbsorption.
 RgbColor absorption_of_color(const RgbColor& color);

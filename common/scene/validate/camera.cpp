@@ -6,7 +6,7 @@ namespace lightmill {
 
 Status check_film(const FilmSettings& film) {
   for (const auto& [side, pixels] : {std::pair{"width", film.width}, {"height", film.height}}) {
-    if (pixels < 1 || pixels > kMaxFilmSide) {
+    if (!is_film_side(pixels)) {
       return invalid_argument("film.{}: must be 1 to {}, got {}", side, kMaxFilmSide, pixels);
     }
   }

@@ -62,10 +62,7 @@ Status check_ies(const std::string& path, const IesLight& ies) {
     return invalid_argument("{}.ies.color: must not be black; a scale of 0 turns the light off", path);
   }
   LM_RETURN_IF_ERROR(check_up(path + ".ies.up", ies.up, ies.direction));
-  if (!(ies.scale >= 0 && ies.scale <= 1e20)) {
-    return invalid_argument("{}.ies.scale: must be in [0, 1e20], got {}", path, ies.scale);
-  }
-  return ok_status();
+  return check_range(path + ".ies.scale", ies.scale, 0, kMaxPower);
 }
 
 Status check_light(const std::string& path, const Light& light) {

@@ -12,14 +12,8 @@ namespace lightmill {
 
 /// Finite and within kMaxCoordinate.
 Status check_point(std::string_view path, const Point3d& point);
-/// Checked like a point, and not zero.
-Status check_direction(std::string_view path, const Point3d& direction);
-/// In [low, high].
-Status check_range(const std::string& path, double value, double low, double high);
 /// Each component in [0, limit].
 Status check_components(const std::string& path, const RgbColor& color, double limit);
-/// Each component in [0, 1e20].
-Status check_power(const std::string& path, const RgbColor& color);
 /// With a tolerance of about 1e-6. A vector of length zero is parallel to all.
 bool are_parallel(const Point3d& a, const Point3d& b);
 /// Fails if `name` is among `names`, else adds it. `what` is the kind of thing that has the name.

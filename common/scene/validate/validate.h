@@ -32,8 +32,19 @@ Status check_environment_size(int width, int height);
 
 /// Whether a map keeps volumes: its axes are at least 1e-30 long, and not in one plane.
 bool spans_space(const Transform& t);
+/// Largest power, intensity, irradiance and radiance, and largest factor of them.
+inline constexpr double kMaxPower = 1e20;
+
+// For values that a file's format has and a scene does not.
+
+/// In [low, high].
+Status check_range(const std::string& path, double value, double low, double high);
+/// Finite, within kMaxCoordinate, and not zero.
+Status check_direction(std::string_view path, const Point3d& direction);
 /// Each component in [0, 1].
 Status check_reflectance(const std::string& path, const RgbColor& color);
+/// Each component in [0, kMaxPower].
+Status check_power(const std::string& path, const RgbColor& color);
 
 /// `unknown material "whit". Known materials: red, green, white`: the error for a name that is not in `materials`.
 std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials);

@@ -46,7 +46,7 @@ Status check_reflectance(const std::string& path, const RgbColor& color) {
 }
 
 Status check_power(const std::string& path, const RgbColor& color) {
-  return check_components(path, color, 1e20);
+  return check_components(path, color, kMaxPower);
 }
 
 bool are_parallel(const Point3d& a, const Point3d& b) {

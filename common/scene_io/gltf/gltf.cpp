@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 15> kKnownExtensions{"KHR_lights_punctual",
+constexpr std::array<std::string_view, 16> kKnownExtensions{"KHR_lights_punctual",
                                                             "KHR_materials_anisotropy",
                                                             "KHR_materials_clearcoat",
                                                             "KHR_materials_emissive_strength",
@@ -24,11 +24,13 @@ constexpr std::array<std::string_view, 15> kKnownExtensions{"KHR_lights_punctual
                                                             "KHR_materials_volume",
                                                             "KHR_texture_transform",
                                                             "KHR_mesh_quantization",
+                                                            kDraco,
                                                             kMeshopt,
                                                             kWebpTextures,
                                                             kDdsTextures};
 
-constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that are named
+constexpr std::uint64_t kMostReadBytes = std::uint64_t{16} << 30;  ///< of other files, each time that one is read
+constexpr std::size_t kMaxNamed = 100;                             ///< unlisted extensions of a file that are named
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
@@ -126,12 +128,17 @@ class GltfScene {
     name = !name.empty() ? name : mesh["name"].text();
     for (const Part& part : parts) {
       const std::string& material = loaded_.scene.materials[part.material].name;
-      loaded_.scene.objects.push_back(
-          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene});
+      const Status added = add_object(
+          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene},
+          loaded_);
+      if (!added.ok()) {
+        placed.node.fail(message_of(added));
+        return;
+      }
     }
   }
 
-  /// How a node deforms its mesh.
+  /// The deformation of a node's mesh.
   MeshPose mesh_pose(const PlacedNode& placed, const JsonNode& mesh) {
     const JsonNode& node = placed.node;
     MeshPose pose;
@@ -177,8 +184,7 @@ class GltfScene {
     return moving(std::move(out));
   }
 
-  /// The primitives of a mesh as assets. They are read once for all nodes that do not deform it otherwise than the mesh
-  /// itself says.
+  /// The primitives of a mesh as assets. Nodes that do not deform the mesh, or only by its own weights, share them.
   const std::vector<Part>& parts_of(const JsonNode& mesh, const MeshPose& pose, const JsonNode& node) {
     const bool own = pose.joints != nullptr || pose.weights != mesh_weights(mesh);
     const std::string key = own ? fmt::format("{} {}", mesh.path(), node.path()) : mesh.path();
@@ -250,7 +256,8 @@ class GltfScene {
 Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, const GltfOptions& options,
                               FileSource files) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
-                      GltfData::open(std::move(bytes), file_name, std::move(files)));
+                      GltfData::open(std::move(bytes), file_name, at_most(kMostReadBytes, std::move(files)),
+                                     options.decode_mesh, options.most_shared_bytes));
   return GltfScene(*data, file_name).read(options);
 }
 

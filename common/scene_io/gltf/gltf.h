@@ -8,10 +8,14 @@ namespace lightmill {
 
 struct GltfOptions {
   std::optional<AnimationMoment> moment = {};
-  bool light_the_dark = true;  ///< adds a sky if nothing lights the scene
+  bool light_the_dark = true;    ///< adds a sky if nothing lights the scene
+  MeshDecoder decode_mesh = {};  ///< without one, files with compressed meshes are refused
+  /// The most bytes that accessors read, beyond 8 times those of the file's buffers. Accessors may share bytes, and
+  /// meshes in many poses read theirs for each.
+  std::uint64_t most_shared_bytes = kMostSharedBytes;
 };
 
-/// Reads a glTF file: the nodes of its scene with their meshes (instances share theirs) at a moment, materials
+/// Reads a glTF file at a moment: the nodes of its scene with their meshes (instances share theirs), materials
 /// (gltf_materials.h), images inside and outside the file, punctual lights and perspective cameras. The first camera is
 /// the scene's. Without a camera, the scene gets one that sees all of it. The sky is an even white one
 /// (missing_parts.h). Notices report both, and what was left out. Errors read "model.gltf: accessors[3].count: …".

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "common/base/number_text.h"
 #include "common/scene_io/gltf/gltf_data.h"
 #include "common/scene_io/gltf/gltf_meshopt.h"
 
@@ -11,8 +12,12 @@ namespace lightmill {
 namespace {
 
 /// The most elements of all accessors without data together. Such accessors are zeros, which cost no byte of the file.
-constexpr std::uint64_t kMaxMadeOfNothing = 4'000'000;
+constexpr std::uint64_t kMaxZeroElements = 4'000'000;
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 31;
+
+/// How often accessors may read each byte of the buffers, on average. A byte takes up to 8 in memory, and stays there as
+/// part of a mesh.
+constexpr std::uint64_t kMostReadings = 8;
 
 enum ComponentType : std::uint32_t {
   kInt8 = 5120,
@@ -22,22 +27,6 @@ enum ComponentType : std::uint32_t {
   kUint32 = 5125,
   kFloat = 5126,
 };
-
-std::size_t bytes_of(std::uint64_t type) {
-  switch (type) {
-    case kInt8:
-    case kUint8:
-      return 1;
-    case kInt16:
-    case kUint16:
-      return 2;
-    case kUint32:
-    case kFloat:
-      return 4;
-    default:
-      return 0;
-  }
-}
 
 template <class T>
 double component(const char* at, bool normalized) {
@@ -156,7 +145,7 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
   out.count = at["count"].whole(0, 1, kMaxCount);
   out.type = at["componentType"].whole(0, kInt8, kFloat);
   out.normalized = at["normalized"].boolean(false);
-  const std::size_t size = bytes_of(out.type) * components;
+  const std::size_t size = component_bytes(out.type) * components;
   if (!at.present() || !status().ok()) {
     index.fail("an accessor is expected");
     return {};
@@ -169,10 +158,18 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
     at["type"].fail(fmt::format("{} is expected here, got \"{}\"", type_name(components), type.substr(0, 40)));
     return {};
   }
-  if (!at["bufferView"].present()) {
-    made_of_nothing_ += out.count;
-    if (made_of_nothing_ > kMaxMadeOfNothing) {
-      at["count"].fail(fmt::format("accessors without data have more than {} elements", kMaxMadeOfNothing));
+  if (const auto decompressed = attributes_.find(index.path()); decompressed != attributes_.end()) {
+    out.bytes = decompressed->second;
+    out.stride = size;
+    if (out.count * size > out.bytes.size()) {
+      at["count"].fail(
+          fmt::format("{} elements are expected, the compressed data have {}", out.count, out.bytes.size() / size));
+      return {};
+    }
+  } else if (!at["bufferView"].present()) {
+    zero_elements_ += out.count;
+    if (zero_elements_ > kMaxZeroElements) {
+      at["count"].fail(fmt::format("accessors without data have more than {} elements", kMaxZeroElements));
       return {};
     }
   } else if (!find_elements(at, at["bufferView"], out.count, size, 0, out)) {
@@ -183,11 +180,14 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
     const JsonNode which = sparse["indices"], what = sparse["values"];
     Accessor indices, values;
     const std::uint64_t type = which["componentType"].whole(0, kUint8, kUint32);
-    const std::size_t index_bytes = type == kInt16 ? 0 : bytes_of(type);
+    const std::size_t index_bytes = type == kInt16 ? 0 : component_bytes(type);
     if (count == 0 || index_bytes == 0 ||
         !find_elements(which, which["bufferView"], count, index_bytes, index_bytes, indices) ||
         !find_elements(what, what["bufferView"], count, size, size, values)) {
       which["componentType"].fail("5121, 5123 or 5125 is expected");
+      return {};
+    }
+    if (!may_read(index, count * (index_bytes + size))) {
       return {};
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -213,24 +213,39 @@ std::size_t GltfData::count(const JsonNode& index) const {
 
 template <std::size_t n>
 std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index) const {
-  return read<n>(accessor(index, n), nullptr);
+  return read<n>(index, accessor(index, n), nullptr);
 }
 
 template <std::size_t n>
 std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index,
                                                      std::span<const std::uint32_t> which) const {
-  return read<n>(accessor(index, n), &which);
+  return read<n>(index, accessor(index, n), &which);
+}
+
+/// Counts bytes that are read. Reports an error if they are too many.
+bool GltfData::may_read(const JsonNode& index, std::uint64_t bytes) const {
+  read_bytes_ += bytes;
+  const std::uint64_t decoded = (kMaxMeshoptBytes - meshopt_budget_) + (kMaxDracoBytes - draco_budget_);
+  const std::uint64_t most = most_shared_bytes_ + kMostReadings * (buffer_bytes_ + decoded);
+  if (read_bytes_ > most) {
+    index.fail(fmt::format("the file's accessors share bytes, and would read more than {} of them", human_bytes(most)));
+  }
+  return status().ok();
 }
 
 /// Reads the elements `which`, or all if it is null.
 template <std::size_t n>
-std::vector<std::array<double, n>> GltfData::read(const Accessor& from,
+std::vector<std::array<double, n>> GltfData::read(const JsonNode& index, const Accessor& from,
                                                   const std::span<const std::uint32_t>* which) const {
-  const std::size_t component_bytes = bytes_of(from.type);
-  std::vector<std::array<double, n>> out(!status().ok() ? 0 : which != nullptr ? which->size() : from.count);
+  const std::size_t size = component_bytes(from.type);
+  const std::size_t count = which != nullptr ? which->size() : from.count;
+  if (!may_read(index, count * size * n)) {
+    return {};
+  }
+  std::vector<std::array<double, n>> out(count);
   const auto read_one = [&](const char* at, std::array<double, n>& element) {
     for (std::size_t k = 0; k < n; ++k) {
-      element[k] = component(from.type, at + k * component_bytes, from.normalized);
+      element[k] = component(from.type, at + k * size, from.normalized);
     }
   };
   if (!from.bytes.empty()) {
@@ -249,7 +264,7 @@ std::vector<std::array<double, n>> GltfData::read(const Accessor& from,
       }
       place = static_cast<std::size_t>(found - which->begin());
     }
-    read_one(from.replacements.data() + i * component_bytes * n, out[place]);
+    read_one(from.replacements.data() + i * size * n, out[place]);
   }
   return out;
 }

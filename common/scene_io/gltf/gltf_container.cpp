@@ -82,17 +82,22 @@ std::string decode_percent(std::string_view uri) {
 
 }  // namespace
 
-GltfData::GltfData(std::string bytes, std::string file_name, FileSource files)
+GltfData::GltfData(std::string bytes, std::string file_name, FileSource files, MeshDecoder decode_mesh,
+                   std::uint64_t most_shared_bytes)
     : bytes_(std::move(bytes)),
       file_name_(std::move(file_name)),
       files_(std::move(files)),
+      decode_mesh_(std::move(decode_mesh)),
+      most_shared_bytes_(most_shared_bytes),
       json_(std::make_unique<nlohmann::json>()),
       errors_(file_name_) {}
 
 GltfData::~GltfData() = default;
 
-Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::string& file_name, FileSource files) {
-  std::unique_ptr<GltfData> data(new GltfData(std::move(bytes), file_name, std::move(files)));
+Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::string& file_name, FileSource files,
+                                                 MeshDecoder decode_mesh, std::uint64_t most_shared_bytes) {
+  std::unique_ptr<GltfData> data(
+      new GltfData(std::move(bytes), file_name, std::move(files), std::move(decode_mesh), most_shared_bytes));
   LM_RETURN_IF_ERROR(with_context(data->parse(), file_name));
   const JsonNode asset = data->root()["asset"];
   const std::string version = asset["version"].text();
@@ -179,7 +184,8 @@ JsonNode GltfData::element(std::string_view what, const JsonNode& index) const {
 
 void GltfData::load_buffers() {
   const JsonNode list = root()["buffers"];
-  owned_.reserve(list.size());  // views of its strings are stored
+  owned_.reserve(list.size());                   // views of its strings are stored
+  std::map<std::string, std::string_view> read;  // by uri
   for (std::size_t i = 0; i < list.size() && status().ok(); ++i) {
     const JsonNode buffer = list.at(i);
     const std::uint64_t length = buffer["byteLength"].whole(0, 1, std::uint64_t{1} << 40);
@@ -190,14 +196,21 @@ void GltfData::load_buffers() {
       continue;
     }
     if (buffer["uri"].present()) {
-      Result<std::string> read = uri_bytes(buffer["uri"]);
-      if (!read.ok()) {
-        buffer["uri"].fail(message_of(read.status()));
+      std::string name = buffer["uri"].text();
+      const auto [known, added] = read.try_emplace(name.starts_with("data:") ? buffer.path() : std::move(name));
+      if (added) {
+        Result<std::string> got = uri_bytes(buffer["uri"]);
+        if (!got.ok()) {
+          buffer["uri"].fail(message_of(got.status()));
+        }
+        owned_.push_back(std::move(got).value_or(""));
+        known->second = owned_.back();
+        buffer_bytes_ += owned_.back().size();
       }
-      owned_.push_back(std::move(read).value_or(""));
-      bytes = owned_.back();
+      bytes = known->second;
     } else if (i == 0 && has_binary_chunk_) {
       bytes = binary_chunk_;
+      buffer_bytes_ += bytes.size();
     } else {
       buffer["uri"].fail("must be given, as the file has no binary chunk for it");
     }

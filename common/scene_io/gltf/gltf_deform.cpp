@@ -113,7 +113,8 @@ bool count_deformed(const JsonNode& primitive, const MeshPose& pose, std::size_t
   const auto moves = [](double weight) { return weight != 0; };
   const std::uint64_t arrays = (pose.joints != nullptr ? 2 * kMostSets : 0) +
                                (pose.weights != nullptr ? std::ranges::count_if(*pose.weights, moves) : 0);
-  deformed += (vertices + triangles) * (1 + arrays) + primitive["targets"].size();
+  deformed +=
+      (vertices + triangles) * (1 + arrays) + primitive["targets"].size() + primitive["attributes"].keys().size();
   if (deformed > kMostDeformed) {
     primitive.fail(fmt::format("skins and morph targets move too much: more than {} vertices, triangles and targets",
                                kMostDeformed));

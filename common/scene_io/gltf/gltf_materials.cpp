@@ -9,6 +9,8 @@
 namespace lightmill {
 namespace {
 
+constexpr std::size_t kMostNameBytes = 500;  ///< of an image
+
 RgbColor to_rgb(const std::array<double, 3>& c, double scale = 1) {
   return {static_cast<float>(c[0] * scale), static_cast<float>(c[1] * scale), static_cast<float>(c[2] * scale)};
 }
@@ -336,7 +338,11 @@ std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& f
     return std::nullopt;
   }
   const std::string name = image["name"].text();
-  file = utf8_text(!uri.empty() && !uri.starts_with("data:") ? uri : name.empty() ? image.path() : name);
+  // Each texture with this image has a copy.
+  file = cut_text(utf8_text(!uri.empty() && !uri.starts_with("data:") ? uri
+                            : name.empty()                            ? image.path()
+                                                                      : name),
+                  kMostNameBytes);
   if (!file.ends_with(*ending)) {
     file += *ending;
   }

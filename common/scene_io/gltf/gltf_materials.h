@@ -14,8 +14,9 @@ namespace lightmill {
 inline constexpr std::string_view kWebpTextures = "EXT_texture_webp", kDdsTextures = "MSFT_texture_dds";
 
 /// Converts a file's materials, each once, on demand. Metallic-roughness with transmission, volume, ior, clearcoat,
-/// specular, anisotropy, sheen, emissive strength and normal maps becomes a principled material. Unlit materials emit their colour.
-/// Emission 1 is a radiance of 1 W/(m² sr), as programs that write glTF mean it. Unsupported parts give notices.
+/// specular, anisotropy, sheen, emissive strength and normal maps becomes a principled material. Unlit materials emit
+/// their colour. Emission 1 is a radiance of 1 W/(m² sr), as programs that write glTF mean it. Unsupported parts give
+/// notices.
 class GltfMaterials {
  public:
   /// Materials, textures and images go to `loaded`. `file_name` is for later errors of images.

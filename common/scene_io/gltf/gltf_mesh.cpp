@@ -213,13 +213,14 @@ bool is_lost(const GltfData& data, const JsonNode& primitive) {
   const JsonNode position = primitive["attributes"]["POSITION"];
   const JsonNode accessor = data.element("accessors", position);
   const JsonNode view = data.element("bufferViews", accessor["bufferView"]);
-  for (const auto& [where, name] :
-       {std::pair{primitive, "KHR_draco_mesh_compression"}, std::pair{view, "KHR_meshopt_compression"}}) {
-    if (where["extensions"][name].present() && !data.has_bytes(accessor["bufferView"])) {
-      primitive.fail(fmt::format(
-          "its geometry is compressed ({}), and there is none beside it: export it without compression", name));
-      return true;
-    }
+  if (data.is_decompressed(position)) {
+    return !data.status().ok();
+  }
+  if (constexpr const char* kOther = "KHR_meshopt_compression";
+      view["extensions"][kOther].present() && !data.has_bytes(accessor["bufferView"])) {
+    primitive.fail(fmt::format(
+        "its geometry is compressed ({}), and there is none beside it: export it without compression", kOther));
+    return true;
   }
   if (accessor.present() && !accessor["bufferView"].present() && !accessor["sparse"].present()) {
     primitive.fail(fmt::format("its positions are not in the file: {} has no bufferView", accessor.path()));
@@ -251,12 +252,13 @@ void leave_out_wrong_triangles(const JsonNode& indices, std::size_t vertices, Me
 std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive, const MeshPose& pose,
                                    std::optional<std::uint64_t> texture_set, bool tangents, std::uint64_t& deformed,
                                    Notices& notices) {
-  const std::uint64_t mode = primitive["mode"].whole(kTriangles, 0, kFan);
+  std::uint64_t mode = primitive["mode"].whole(kTriangles, 0, kFan);
   if (mode < kTriangles) {
     notices.left_out("points and lines");
     return std::nullopt;
   }
   const JsonNode attributes = primitive["attributes"];
+  const std::shared_ptr<const DecodedMesh> decompressed = data.decompressed(primitive);
   if (is_lost(data, primitive)) {
     return std::nullopt;
   }
@@ -264,7 +266,10 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
   GltfVertices vertices;
   vertices.count = data.count(attributes["POSITION"]);
   std::vector<std::uint32_t> corners;
-  if (primitive["indices"].present()) {
+  if (decompressed != nullptr) {
+    corners = decompressed->corners;
+    mode = kTriangles;
+  } else if (primitive["indices"].present()) {
     corners = data.indices(primitive["indices"]);
   } else {
     mesh.positions = data.vectors<3>(attributes["POSITION"]);

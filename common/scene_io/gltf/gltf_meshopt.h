@@ -11,8 +11,8 @@ inline constexpr std::string_view kMeshopt = "EXT_meshopt_compression";
 /// Bytes that all decoded views of a file may have together.
 inline constexpr std::uint64_t kMaxMeshoptBytes = std::uint64_t{4} << 30;
 
-/// The decoded bytes of a view. `extension` says how `bytes` are encoded. `budget`: how many bytes may still be decoded;
-/// it is reduced. Empty after an error.
+/// The decoded bytes of a view. `extension` says how `bytes` are encoded. `budget`: how many bytes may still be
+/// decoded; it is reduced. Empty after an error.
 std::string decode_meshopt(const JsonNode& extension, std::string_view bytes, std::uint64_t& budget);
 
 }  // namespace lightmill

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/text.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -120,8 +121,9 @@ namespace {
 constexpr double kLumensPerWatt = 683;
 
 std::string name_of(const PlacedNode& placed, const JsonNode& thing) {
+  constexpr std::size_t kMostBytes = 500;  // many nodes may share the thing
   const std::string node = placed.node["name"].text();
-  return !node.empty() ? node : thing["name"].text();
+  return !node.empty() ? node : cut_text(thing["name"].text(), kMostBytes);
 }
 
 /// The node's −z axis, along which its lights and cameras look. It must not be zero.

@@ -26,8 +26,8 @@ struct PlacedNode {
 /// that is in the scene twice is an error. Empty after an error.
 std::vector<PlacedNode> placed_nodes(const GltfData& data, const GltfPoses& poses);
 
-/// The light of a node (KHR_lights_punctual), if it has one and its type is known. 683 lm/W converts candelas and lux to
-/// W/sr and W/m².
+/// The light of a node (KHR_lights_punctual), if it has one and its type is known. 683 lm/W converts candelas and lux
+/// to W/sr and W/m².
 std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices);
 
 /// The camera of a node, if it has a perspective camera.

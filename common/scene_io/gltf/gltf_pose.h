@@ -13,7 +13,7 @@
 
 namespace lightmill {
 
-/// What an animation sets of a node. Other properties keep the node's values.
+/// Properties of a node that an animation sets. The others keep the node's values.
 struct NodePose {
   std::optional<std::array<double, 3>> translation, scale;
   std::optional<std::array<double, 4>> rotation;  ///< x, y, z, w
@@ -29,7 +29,7 @@ using GltfPoses = std::unordered_map<std::string, NodePose>;
 /// there. A channel with wrong values is a fault. INVALID_ARGUMENT if the file has no such animation.
 Result<GltfPoses> poses_at(const GltfData& data, const AnimationMoment& moment);
 
-/// How a node deforms its mesh. Without weights and joints it does not.
+/// Deformation of a node's mesh. None without weights and joints.
 struct MeshPose {
   std::shared_ptr<const std::vector<double>> weights;    ///< of the morph targets; missing ones are 0. Null: none moves
   std::shared_ptr<const std::vector<Transform>> joints;  ///< maps from the mesh to the scene; null without a skin
@@ -38,8 +38,8 @@ struct MeshPose {
   bool deforms() const { return weights != nullptr || joints != nullptr; }
 };
 
-/// The joints of a skin: each maps the mesh to the scene. `places`: the nodes of the scene, by path. Null, with a fault,
-/// if a joint is not in the scene.
+/// The joints of a skin: each maps the mesh to the scene. `places`: the nodes of the scene, by path. Null, with a
+/// fault, if a joint is not in the scene.
 std::shared_ptr<const std::vector<Transform>> joints_of(const GltfData& data, const JsonNode& skin,
                                                         const std::unordered_map<std::string, Transform>& places);
 

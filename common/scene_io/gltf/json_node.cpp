@@ -16,9 +16,17 @@ void FirstError::add_fault(const std::string& path, std::string_view what, std::
 
 void JsonNode::fail(std::string_view what) const {
   if (tolerant_) {
-    fault(what, "it does not count");
+    fault(what, "it is ignored");
   } else {
     errors_->add(invalid_argument("{}: {}", path_, what));
+  }
+}
+
+void JsonNode::fail(const Status& error) const {
+  if (tolerant_) {
+    fail(message_of(error));
+  } else {
+    errors_->add(with_context(error, path_));
   }
 }
 

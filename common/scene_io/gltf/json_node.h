@@ -50,6 +50,8 @@ class JsonNode {
   bool present() const { return value_ != nullptr; }
   const std::string& path() const { return path_; }
   void fail(std::string_view what) const;
+  /// Notes this error with its code.
+  void fail(const Status& error) const;
   /// Adds a fault that is no error.
   void fault(std::string_view what, std::string_view answer) const { errors_->add_fault(path_, what, answer); }
 

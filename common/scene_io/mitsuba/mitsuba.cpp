@@ -6,6 +6,7 @@
 #include "common/base/text.h"
 #include "common/scene/validate/parts.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/missing_parts.h"
 #include "common/scene_io/mitsuba/mitsuba_lights.h"
 #include "common/scene_io/mitsuba/mitsuba_materials.h"
@@ -328,8 +329,8 @@ Status MitsubaWorld::place(const Piece& piece, const Transform& to_scene, const 
   if (const Status valid = check_object("shape", object, loaded_.scene.materials.size()); !valid.ok()) {
     return at.place.error("{}", message_of(valid));
   }
-  loaded_.scene.objects.push_back(std::move(object));
-  return ok_status();
+  const Status added = add_object(std::move(object), loaded_);
+  return added.ok() ? ok_status() : at.place.error("{}", message_of(added));
 }
 
 }  // namespace

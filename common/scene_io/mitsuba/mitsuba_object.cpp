@@ -5,7 +5,8 @@
 namespace lightmill {
 
 std::string MitsubaObject::label() const {
-  return id.empty() ? fmt::format("{} of line {}", type, place.line) : id;
+  constexpr std::size_t kMostBytes = 500;  // each use has a copy
+  return cut_text(id.empty() ? fmt::format("{} of line {}", type, place.line) : id, kMostBytes);
 }
 
 bool MitsubaObject::has(std::string_view name) const {

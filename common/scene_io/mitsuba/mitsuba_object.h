@@ -31,8 +31,8 @@ struct MitsubaChild {
   mutable bool used = false;
 };
 
-/// An XML element such as <bsdf type="diffuse">. Getters always return a value: the default if there is none. A wrong one
-/// is noted, and gives the default, too.
+/// An XML element such as <bsdf type="diffuse">. Getters always return a value: the default if there is none. A wrong
+/// one is noted, and gives the default, too.
 class MitsubaObject {
  public:
   static constexpr double kAnything = std::numeric_limits<double>::max();

@@ -1,4 +1,5 @@
 #include "common/scene_io/mitsuba/mitsuba_serialized.h"
+#include "common/base/digest.h"
 #include "common/base/text.h"
 
 #include <zlib.h>
@@ -17,17 +18,7 @@ static_assert(std::endian::native == std::endian::little);  // as the files
 constexpr std::uint16_t kMagic = 0x041c;
 enum Flags : std::uint32_t { kNormals = 1, kCoordinates = 2, kColors = 8, kFaceNormals = 0x10, kDoubles = 0x2000 };
 
-template <class T>
-std::optional<T> number_at(std::string_view bytes, std::uint64_t offset) {
-  T out;
-  if (offset > bytes.size() || bytes.size() - offset < sizeof(T)) {
-    return std::nullopt;
-  }
-  std::memcpy(&out, bytes.data() + offset, sizeof(T));
-  return out;
-}
-
-/// Numbers of a zlib stream. After its end or a fault, all further ones are 0. Memory does not depend on counts in the file.
+/// Numbers of a zlib stream. After its end or a fault, all further ones are 0. Memory depends on no counts in the file.
 class Inflater {
  public:
   Inflater(std::string_view in, SerializedBudget& budget) : in_(in), budget_(budget) {
@@ -94,8 +85,8 @@ class Inflater {
   bool ended_ = false, ok_ = false;
 };
 
-/// The begin of a mesh, from the table at the file's end. The first one begins at 0.
-std::optional<std::uint64_t> begin_of(std::string_view bytes, std::size_t index, std::uint16_t version) {
+/// The first byte of a mesh, from the table at the file's end. The first one begins at 0.
+std::optional<std::uint64_t> begin_of(ByteView bytes, std::size_t index, std::uint16_t version) {
   const auto count = number_at<std::uint32_t>(bytes, bytes.size() - 4);
   if (index == 0 || !count) {
     return index == 0 ? std::optional<std::uint64_t>(0) : std::nullopt;
@@ -122,11 +113,12 @@ std::array<float, 3> unit_normal(const std::array<double, 3>& v, bool& valid) {
 Result<SerializedMesh> read_serialized(std::string_view bytes, const std::string& file_name, std::size_t index,
                                        SerializedBudget& budget) {
   const std::string name = utf8_text(file_name);
-  const auto version = number_at<std::uint16_t>(bytes, 2);
-  if (!version || number_at<std::uint16_t>(bytes, 0) != kMagic || (*version != 3 && *version != 4)) {
+  const ByteView file = as_byte_view(bytes);
+  const auto version = number_at<std::uint16_t>(file, 2);
+  if (!version || number_at<std::uint16_t>(file, 0) != kMagic || (*version != 3 && *version != 4)) {
     return invalid_argument("{}: a serialized mesh of version 3 or 4 is expected", name);
   }
-  const std::optional<std::uint64_t> begin = begin_of(bytes, index, *version);
+  const std::optional<std::uint64_t> begin = begin_of(file, index, *version);
   if (!begin || *begin > bytes.size() || bytes.size() - *begin < 4) {
     return invalid_argument("{}: there is no mesh {}", name, index);
   }

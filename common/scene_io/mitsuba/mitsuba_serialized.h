@@ -18,8 +18,8 @@ struct SerializedMesh {
   bool face_normals = false;  ///< the file asks for a flat mesh
 };
 
-/// Mesh number `index` of a file, from 0. Vertices may have normals and texture coordinates, whose v grows as in the file.
-/// Vertex colours are skipped. Errors begin with the file's name.
+/// Mesh number `index` of a file, from 0. Vertices may have normals and texture coordinates, whose v grows as in the
+/// file. Vertex colours are skipped. Errors begin with the file's name.
 Result<SerializedMesh> read_serialized(std::string_view bytes, const std::string& file_name, std::size_t index,
                                        SerializedBudget& budget);
 

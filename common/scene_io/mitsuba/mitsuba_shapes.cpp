@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kLongestSide = 1e12;
 
-/// The square from (-1, -1) to (1, 1) in the plane z = 0, facing +z. v of Mitsuba grows along y, so ours grows against it.
+/// The square from (-1, -1) to (1, 1) in the plane z = 0, facing +z. v of Mitsuba grows along y, and ours against it.
 Mesh rectangle_mesh() {
   Mesh out;
   out.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};

@@ -11,7 +11,7 @@
 
 namespace lightmill {
 
-/// What a shape's material needs of a mesh.
+/// Attributes of a mesh that a shape's material needs.
 struct MitsubaMeshNeeds {
   bool coordinates = false;  ///< for textures
   bool tangents = false;     ///< for normal maps and anisotropic materials

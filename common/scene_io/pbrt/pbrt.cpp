@@ -13,6 +13,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::size_t kMostNestedFiles = 50, kMostFiles = 10'000, kMostStates = 1000, kMostAttributes = 1000;
+constexpr std::size_t kMostAttributeValues = 1000;             ///< each directive reads them again
 constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;  ///< of the files that a scene names, each time it does
 
 class PbrtReader {
@@ -26,8 +27,7 @@ class PbrtReader {
       return end.error("the scene has no WorldBegin");
     }
     return states_.empty() ? world_.finish(end)
-                           : states_.back().place.error("{} without its end",
-                                                        states_.back().object ? "ObjectBegin" : "AttributeBegin");
+                           : states_.back().place.error("{} without its end", states_.back().directive());
   }
 
  private:
@@ -41,6 +41,7 @@ class PbrtReader {
     PbrtState state;
     bool object;
     SourcePlace place;
+    std::string_view directive() const { return object ? "ObjectBegin" : "AttributeBegin"; }
   };
 
   static const std::map<std::string_view, Directive>& directives();
@@ -246,8 +247,12 @@ class PbrtReader {
     return ok_status();
   }
   Status pop(bool object, const SourcePlace& place) {
-    if (states_.empty() || states_.back().object != object) {
-      return place.error("{} without its begin", object ? "ObjectEnd" : "AttributeEnd");
+    const std::string_view ended = object ? "Object" : "Attribute";
+    if (states_.empty()) {
+      return place.error("{0}End without {0}Begin", ended);
+    }
+    if (const Saved& open = states_.back(); open.object != object) {
+      return place.error("{}End, but the {} at {} is open", ended, open.directive(), open.place.text());
     }
     state_ = std::move(states_.back().state);
     states_.pop_back();
@@ -265,6 +270,9 @@ class PbrtReader {
     }
     PbrtParameterList& attributes = state_.attributes[target];
     for (const auto& parameter : list) {
+      if (std::max(parameter->numbers.size(), parameter->strings.size()) > kMostAttributeValues) {
+        return place.error("Attribute: {} has more than {} values", parameter->name, kMostAttributeValues);
+      }
       auto copy = std::make_shared<PbrtParameter>(*parameter);
       copy->may_be_unused = true;
       attributes.push_back(std::move(copy));

@@ -19,7 +19,7 @@ class PbrtMaterials {
   Status define_named(const std::string& name, PbrtParameters from);
   /// The number of a named material, or an error.
   Result<std::size_t> named(const std::string& name, const SourcePlace& place) const;
-  /// Whether a material certainly has no texture, and no direction.
+  /// Whether a material certainly has no texture and no anisotropy.
   bool is_plain(std::size_t number) const;
   /// Whether the surface only bounds a medium.
   bool is_interface(std::size_t number) const { return definitions_[number].type == "interface"; }
@@ -41,7 +41,7 @@ class PbrtMaterials {
   void coated_conductor(const PbrtParameters& from, Material& out);
   /// alpha of GGX along u and v. Textures are left out, with a notice.
   std::array<double, 2> alphas(const PbrtParameters& from, const std::string& prefix) const;
-  /// √alpha of GGX, of surfaces that are isotropic here.
+  /// √alpha of GGX, for kinds that are always isotropic: the mean of both directions, with a notice.
   double roughness(const PbrtParameters& from, const std::string& prefix);
   void set_relief(const PbrtParameters& from, Material& out);
 

@@ -26,8 +26,8 @@ using PbrtParameterList = std::vector<std::shared_ptr<const PbrtParameter>>;
 /// Reads parameters up to the next directive. Their values have the form of their type.
 Result<PbrtParameterList> read_pbrt_parameters(PbrtTokens& tokens);
 
-/// The parameters of a directive. Getters always return a value: the default if there is none. A wrong one is noted, and
-/// gives the default, too.
+/// The parameters of a directive. Getters always return a value: the default if there is none. A wrong one is noted,
+/// and gives the default, too.
 class PbrtParameters {
  public:
   static constexpr double kAnything = std::numeric_limits<double>::max();

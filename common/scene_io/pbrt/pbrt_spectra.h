@@ -7,8 +7,8 @@
 
 namespace lightmill {
 
-/// Converts values of the types rgb, blackbody and spectrum (by values, by name, or by the name of a file). Each function
-/// gives nothing if there is no parameter of the name, or after an error, which is noted at the parameters.
+/// Converts values of the types rgb, blackbody and spectrum (by values, by name, or by the name of a file). Each
+/// function gives nothing if there is no parameter of the name, or after an error, which is noted at the parameters.
 class PbrtSpectra {
  public:
   explicit PbrtSpectra(FileSource& files) : files_(files) {}

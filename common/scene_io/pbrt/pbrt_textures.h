@@ -17,7 +17,7 @@ struct PbrtValue {
   bool varies() const { return texture != kNoTexture; }
 };
 
-/// Defines textures in the file's order. Textures that cannot be said are errors where they are used.
+/// Defines textures in the file's order. Textures that a scene document cannot express are errors where they are used.
 class PbrtTextures {
  public:
   PbrtTextures(FileSource& files, PbrtSpectra& spectra, LoadedScene& loaded, Notices& notices)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <queue>
 
 #include "common/base/text.h"
 #include "common/scene/validate/parts.h"
@@ -206,9 +207,6 @@ Status PbrtWorld::place_powered(const Piece& piece, const Transform& to_scene, c
 Status PbrtWorld::add_object(const Use& use, std::variant<MeshShape, SphereShape, PlaneShape, TriangleShape> shape,
                              const Transform& transform, const SourcePlace& at) {
   constexpr double kLargestRadiance = 1e20;
-  if (loaded_.scene.objects.size() == kMaxSceneEntries) {
-    return at.error("there are more than {} shapes and instances", kMaxSceneEntries);
-  }
   if (!(std::max({use.emission.r, use.emission.g, use.emission.b}) <= kLargestRadiance)) {
     return at.error("the light's radiance must be at most {}", kLargestRadiance);
   }
@@ -216,8 +214,8 @@ Status PbrtWorld::add_object(const Use& use, std::variant<MeshShape, SphereShape
   if (const Status valid = check_object("shape", object, uses_.size()); !valid.ok()) {
     return at.error("{}", message_of(valid));
   }
-  loaded_.scene.objects.push_back(std::move(object));
-  return ok_status();
+  const Status added = lightmill::add_object(std::move(object), loaded_);
+  return added.ok() ? ok_status() : at.error("{}", message_of(added));
 }
 
 std::uint32_t PbrtWorld::use_index(const Use& use) {
@@ -276,16 +274,29 @@ Result<Material> PbrtWorld::material_of(const Use& use) {
 }
 
 Status PbrtWorld::set_priorities() {
-  // The number of media around each, by the names of the media.
-  std::map<std::string, std::int32_t> depths{{"", 0}};
   const auto boundary = [&](std::size_t i) { return is_boundary(loaded_.scene.materials[i]); };
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (std::size_t i = 0; i < uses_.size(); ++i) {
-      const auto around = depths.find(uses_[i].outside);
-      if (boundary(i) && around != depths.end() && !uses_[i].inside.empty()) {
-        changed = depths.try_emplace(uses_[i].inside, around->second + 1).second || changed;
-      }
+  std::map<std::string, std::vector<std::size_t>> within;  ///< surfaces with a medium inside, by the medium around them
+  for (std::size_t i = 0; i < uses_.size(); ++i) {
+    if (boundary(i) && !uses_[i].inside.empty()) {
+      within[uses_[i].outside].push_back(i);
+    }
+  }
+  // The number of media around each, by the names of the media. The surfaces are gone through in the order of the file,
+  // again and again. The first one that bounds a medium, and whose outside is known, decides.
+  std::map<std::string, std::int32_t> depths{{"", 0}};
+  using Turn = std::pair<std::size_t, std::size_t>;  // a round, and a surface
+  std::priority_queue<Turn, std::vector<Turn>, std::greater<>> turns;
+  const auto add_turns = [&](const std::string& around, Turn now) {
+    for (const std::size_t i : within[around]) {
+      turns.push({now.first + (i < now.second ? 1 : 0), i});
+    }
+  };
+  for (add_turns("", {0, 0}); !turns.empty();) {
+    const Turn turn = turns.top();
+    turns.pop();
+    const Use& use = uses_[turn.second];
+    if (depths.try_emplace(use.inside, depths.at(use.outside) + 1).second) {
+      add_turns(use.inside, turn);
     }
   }
   for (std::size_t i = 0; i < uses_.size(); ++i) {

@@ -1,4 +1,4 @@
-// What a pbrt scene contains, while its directives are read.
+// Contents of a pbrt scene while its directives are read.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// What directives set for those that follow them.
+/// The state that directives set for later directives.
 struct PbrtState {
   Transform to_scene = kIdentityTransform;  ///< before WorldBegin: to the camera
   bool reversed = false;
@@ -54,7 +54,7 @@ class PbrtWorld {
   Result<LoadedScene> finish(const SourcePlace& place_of_scene);
 
  private:
-  /// What becomes a material of the scene.
+  /// The parts of one material of the scene.
   struct Use {
     std::size_t material = 0;
     std::string named_material;

@@ -12,8 +12,8 @@ namespace lightmill::postgres {
 /// Statements that a Session prepares for each connection.
 std::span<const char* const> commit_statements();
 
-/// Stores `ops` as the transaction with the number, epoch and highest job of `after`. ALREADY_EXISTS with kStoredAlready
-/// if that transaction is stored.
+/// Stores `ops` as the transaction with the number, epoch and highest job of `after`. ALREADY_EXISTS with
+/// kStoredAlready if that transaction is stored.
 Status send_commit(Session& session, Summary after, std::span<const StoreOp> ops, stored::StoredSpecs& specs,
                    stored::RowKeys& keys);
 

@@ -21,8 +21,8 @@ constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
 constexpr auto kMigrationPatience = std::chrono::hours(6);
 /// Pause between two looks of a standby coordinator.
 constexpr auto kCheckPause = std::chrono::milliseconds(300);
-/// A coordinator without a connection in so many looks in a row is gone. Fewer looks may be a short outage of the
-/// database.
+/// A coordinator is gone if it has no connection in this number of looks in a row. In fewer looks, the database may
+/// have a short outage.
 constexpr int kChecksUntilGone = 4;
 
 std::string random_instance() {
@@ -40,8 +40,8 @@ std::string own_name() {
   return fmt::format("{}, process {}", host_name(), ::getpid());
 }
 
-/// Creates the tables in an empty database, unless `read_only`. Refuses tables of an unknown format. Sets `format` of the
-/// tables.
+/// Creates the tables in an empty database, unless `read_only`. Refuses tables of an unknown format. Sets `format` of
+/// the tables.
 Status check_tables(Session& session, bool read_only, std::int64_t& format) {
   LM_ASSIGN_OR_RETURN(const Rows there,
                       session.query("SELECT to_regnamespace('lightmill') IS NOT NULL, to_regclass('lightmill.meta') IS "
@@ -85,7 +85,7 @@ Status prepare_tables(Session& session, const Target& target, bool read_only) {
     return ok_status();
   }
   Session patient(target, {}, kMigrationPatience);
-  return format == kFormat7 ? upgrade_from_format_7(patient) : migrate_from_format_6(patient);
+  return migrate(patient, static_cast<int>(format));
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ class Leadership {
   std::uint64_t epoch() const { return epoch_; }
   /// Records that this commit of the epoch is stored. Call it before the acknowledgement.
   Status record_commit(std::uint64_t number, std::uint64_t highest_job);
-  /// OK, with a warning, if the operator accepts this loss. Otherwise FAILED_PRECONDITION with what to do.
+  /// OK, with a warning, if the operator accepts this loss. Otherwise FAILED_PRECONDITION with a remedy.
   Status check_accepted(const Status& loss) const;
   /// The highest job id ever used, according to the record.
   std::uint64_t highest_job() const { return highest_job_; }

@@ -42,16 +42,48 @@ class InTransaction final : public Store {
 };
 
 constexpr const char* kBeginMigration = "BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int)";
-constexpr const char* kMove = "ALTER SCHEMA lightmill RENAME TO lightmill_format_6; CREATE SCHEMA lightmill";
-constexpr const char* kCopy = R"sql(
+/// Copies rows from format 6 that this program does not read.
+constexpr const char* kCopyFormat6 = R"sql(
 UPDATE turn SET epoch = before.epoch, highest_job = before.highest_job FROM lightmill_format_6.turn AS before;
 DELETE FROM audit_secret;
 INSERT INTO audit_secret SELECT secret, sha256(secret) FROM lightmill_format_6.verification_secret;
-INSERT INTO assets OVERRIDING SYSTEM VALUE SELECT * FROM lightmill_format_6.assets;
-INSERT INTO asset_pieces SELECT * FROM lightmill_format_6.asset_pieces;
-SELECT setval(pg_get_serial_sequence('assets', 'id'), (SELECT coalesce(max(id), 0) + 1 FROM assets));
 INSERT INTO nodes SELECT * FROM lightmill_format_6.nodes WHERE job IN (SELECT id FROM jobs);
 )sql";
+/// Copies all rows.
+constexpr const char* kCopyFormat7 = R"sql(
+UPDATE turn SET epoch = before.epoch, commits = before.commits, highest_job = before.highest_job
+  FROM lightmill_format_7.turn AS before;
+DELETE FROM audit_secret;
+INSERT INTO audit_secret SELECT * FROM lightmill_format_7.audit_secret;
+INSERT INTO jobs SELECT * FROM lightmill_format_7.jobs;
+INSERT INTO job_specs SELECT * FROM lightmill_format_7.job_specs;
+INSERT INTO job_progress SELECT * FROM lightmill_format_7.job_progress;
+INSERT INTO nodes SELECT * FROM lightmill_format_7.nodes;
+INSERT INTO results SELECT * FROM lightmill_format_7.results;
+INSERT INTO tokens SELECT * FROM lightmill_format_7.tokens;
+INSERT INTO actions SELECT * FROM lightmill_format_7.actions;
+INSERT INTO quarantine SELECT * FROM lightmill_format_7.quarantine;
+)sql";
+
+std::string kept_schema(int format) {
+  return fmt::format("lightmill_format_{}", format);
+}
+
+/// Keeps the schema under another name, and creates the tables of this format.
+Status replace_schema(Session& session, int format) {
+  LM_RETURN_IF_ERROR(session.execute(
+      fmt::format("ALTER SCHEMA lightmill RENAME TO {}; CREATE SCHEMA lightmill", kept_schema(format))));
+  LM_RETURN_IF_ERROR(session.execute(kSchema));
+  return session.execute(kSummaryTable);
+}
+
+Status copy_assets(Session& session, int format) {
+  return session.execute(fmt::format(
+      "INSERT INTO assets OVERRIDING SYSTEM VALUE SELECT * FROM {0}.assets;"
+      "INSERT INTO asset_pieces SELECT * FROM {0}.asset_pieces;"
+      "SELECT setval(pg_get_serial_sequence('assets', 'id'), (SELECT coalesce(max(id), 0) + 1 FROM assets))",
+      kept_schema(format)));
+}
 
 Status check_idle(Session& session) {
   LM_ASSIGN_OR_RETURN(const Rows lease, session.query("SELECT expires > clock_timestamp(), holder FROM lease"));
@@ -61,59 +93,48 @@ Status check_idle(Session& session) {
              : ok_status();
 }
 
-Status migrate(Session& session) {
+Status fill_from_format_6(Session& session) {
+  LM_ASSIGN_OR_RETURN(const StoredState state, load_format_6(session));
+  LM_RETURN_IF_ERROR(replace_schema(session, kFormatBefore));
+  InTransaction store(session);
+  LM_RETURN_IF_ERROR(write_state(state, store));
+  LM_RETURN_IF_ERROR(session.execute(kCopyFormat6));
+  LM_RETURN_IF_ERROR(copy_assets(session, kFormatBefore));
+  return create_summary(session, store.keys().sums());
+}
+
+Status fill_from_format_7(Session& session) {
+  LM_ASSIGN_OR_RETURN(const stored::RowKeys keys, stored::load_keys(session));
+  LM_RETURN_IF_ERROR(replace_schema(session, kFormat7));
+  LM_RETURN_IF_ERROR(session.execute(kCopyFormat7));
+  LM_RETURN_IF_ERROR(copy_assets(session, kFormat7));
+  return create_summary(session, keys.sums());
+}
+
+Status migrate_from(int format, Session& session) {
   LM_RETURN_IF_ERROR(session.execute(kBeginMigration));
-  LM_ASSIGN_OR_RETURN(const Rows format, session.query("SELECT format FROM meta"));
-  if (format.integer(0, 0) != kFormatBefore) {
+  LM_ASSIGN_OR_RETURN(const Rows found, session.query("SELECT format FROM meta"));
+  if (found.size() != 1 || found.integer(0, 0) != format) {
     return session.execute("ROLLBACK");  // another coordinator has migrated it
   }
   LM_RETURN_IF_ERROR(check_idle(session));
-  LM_ASSIGN_OR_RETURN(const StoredState state, load_format_6(session));
-  LM_RETURN_IF_ERROR(session.execute(kMove));
-  LM_RETURN_IF_ERROR(session.execute(kSchema));
-  LM_RETURN_IF_ERROR(session.execute(kSummaryTable));
-  InTransaction store(session);
-  LM_RETURN_IF_ERROR(write_state(state, store));
-  LM_RETURN_IF_ERROR(session.execute(kCopy));
-  LM_RETURN_IF_ERROR(create_summary(session, store.keys().sums()));
-  return session.execute("COMMIT");
-}
-
-Status upgrade(Session& session) {
-  LM_RETURN_IF_ERROR(session.execute(kBeginMigration));
-  LM_ASSIGN_OR_RETURN(const Rows format, session.query("SELECT format FROM meta"));
-  if (format.size() != 1 || format.integer(0, 0) != kFormat7) {
-    return session.execute("ROLLBACK");  // another coordinator has done it
-  }
-  LM_RETURN_IF_ERROR(check_idle(session));
-  LM_ASSIGN_OR_RETURN(const stored::RowKeys keys, stored::load_keys(session));
-  LM_RETURN_IF_ERROR(session.execute(kSummaryTable));
-  LM_RETURN_IF_ERROR(create_summary(session, keys.sums()));
-  return session.execute(fmt::format("UPDATE meta SET format = {}; COMMIT", kFormat));
+  spdlog::info("{} has store format {}; converting its tables to format {}", session.place(), format, kFormat);
+  LM_RETURN_IF_ERROR(format == kFormat7 ? fill_from_format_7(session) : fill_from_format_6(session));
+  LM_RETURN_IF_ERROR(session.execute("COMMIT"));
+  spdlog::info(
+      "the tables of format {0} are kept in the schema {1}, in case you return to an older lightmill-server. DROP "
+      "SCHEMA {1} CASCADE frees their space",
+      format, kept_schema(format));
+  return ok_status();
 }
 
 }  // namespace
 
-Status migrate_from_format_6(Session& session) {
-  spdlog::info("{} has store format {}; converting its tables to format {}", session.place(), kFormatBefore, kFormat);
-  if (const Status status = migrate(session); !status.ok()) {
-    session.close();  // this ends the transaction
-    return status;
-  }
-  spdlog::info(
-      "the tables of format {} are kept in the schema lightmill_format_6, in case you return to an older "
-      "lightmill-server. DROP SCHEMA lightmill_format_6 CASCADE frees their space",
-      kFormatBefore);
-  return ok_status();
-}
-
-Status upgrade_from_format_7(Session& session) {
-  const Status status = upgrade(session);
+Status migrate(Session& session, int format) {
+  const Status status = migrate_from(format, session);
   if (!status.ok()) {
     session.close();  // this ends the transaction
-    return status;
   }
-  spdlog::info("{} had store format {}; it has format {} now", session.place(), kFormat7, kFormat);
   return status;
 }
 

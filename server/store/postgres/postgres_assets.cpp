@@ -98,12 +98,13 @@ class PostgresAssets final : public AssetStore {
     }
     return all;
   }
-  Status check_room(const Sha256& digest, std::uint64_t bytes) const override { return budget_.check(digest, bytes); }
+  Status check_room(const Sha256& digest, const std::string& user, std::uint64_t bytes) const override {
+    return budget_.check(digest, user, bytes);
+  }
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user) override;
-  void attribute(const Sha256& digest, const std::string& user) override {
-    if (const Result<std::uint64_t> bytes = size(digest); bytes.ok()) {
-      budget_.attribute(digest, user, *bytes);
-    }
+  Status attribute(const Sha256& digest, const std::string& user, UserLimit limit) override {
+    const Result<std::uint64_t> bytes = size(digest);
+    return bytes.ok() ? budget_.attribute(digest, user, *bytes, limit) : bytes.status();
   }
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;

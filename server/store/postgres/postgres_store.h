@@ -15,7 +15,7 @@ namespace lightmill {
 struct PostgresOptions {
   std::string url;  ///< postgres://USER@HOST:PORT/DATABASE, as libpq takes it
   AssetLimits assets;
-  /// A standby coordinator takes over after so long without a renewal.
+  /// A standby coordinator takes over after this time without a renewal.
   std::chrono::milliseconds lease = std::chrono::milliseconds(2'500);
   /// Creates no tables and does not wait. NOT_FOUND if there is no farm, FAILED_PRECONDITION if a coordinator is
   /// active.

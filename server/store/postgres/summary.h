@@ -18,8 +18,8 @@ std::int64_t checksum_of(const Summary& summary);
 /// DATA_LOSS if the row is missing or damaged.
 Result<Summary> read_summary(Session& session);
 
-/// DATA_LOSS unless `turn`, `lease`, `audit_secret` and `summary` have one row each, and `turn` agrees with the summary.
-/// The summary does not know an epoch without commits.
+/// DATA_LOSS unless `turn`, `lease`, `audit_secret` and `summary` have one row each, and `turn` agrees with the
+/// summary. The summary does not know an epoch without commits.
 Status check_turn(Session& session);
 
 /// Creates the row from `turn`.

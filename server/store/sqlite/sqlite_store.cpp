@@ -255,6 +255,46 @@ fs::path with_suffix(const fs::path& file, std::string_view suffix) {
   return file.string() + std::string(suffix);
 }
 
+fs::path kept_name(const fs::path& file, std::int64_t version) {
+  return with_suffix(file, fmt::format(".format-{}", version));
+}
+
+void log_kept(const fs::path& kept, std::int64_t version) {
+  spdlog::info("the store of format {} is kept as {}, in case you return to an older lightmill-server", version,
+               kept.string());
+}
+
+/// Copies the database and its chain beside the file, then marks the database with this program's format. After a power
+/// failure at any time, either the mark is missing or the copies are complete.
+Status mark_with_format(Database& database, const fs::path& file, std::int64_t version) {
+  const fs::path kept = kept_name(file, version), fresh = with_suffix(kept, ".new");
+  spdlog::info("{} has store format {}; converting it to format {}", file.string(), version, kSqliteFormatVersion);
+  std::error_code error;
+  fs::remove(fresh, error);
+  LM_ASSIGN_OR_RETURN(Statement copy, database.prepare("VACUUM INTO ?1"));
+  const std::string name = fresh.string();
+  copy.bind_all(name);
+  Status status = copy.run();
+  status = status.ok() ? sync_file(fresh) : status;
+  if (status.ok()) {
+    const fs::path chain = with_suffix(kept, "-chain");
+    fs::copy_file(with_suffix(file, "-chain"), chain, fs::copy_options::overwrite_existing, error);
+    status = error ? unavailable("{}", error.message()) : sync_file(chain);
+  }
+  if (status.ok()) {
+    fs::rename(fresh, kept, error);
+    status = error ? unavailable("{}", error.message()) : ok_status();
+  }
+  if (!status.ok()) {
+    fs::remove(fresh, error);
+    return with_context(status, fmt::format("{} cannot be kept as {}", file.string(), kept.string()));
+  }
+  LM_RETURN_IF_ERROR(sync_folder_of(kept));
+  LM_RETURN_IF_ERROR(database.execute(fmt::format("PRAGMA user_version = {}", kSqliteFormatVersion)));
+  log_kept(kept, version);
+  return ok_status();
+}
+
 Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptions& options,
                                          const sqlite::Beginning& first = {}) {
   std::error_code ignored;
@@ -289,8 +329,7 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   LM_ASSIGN_OR_RETURN(Statements statements, prepare_statements(database));
   LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
   if (version != kSqliteFormatVersion) {
-    LM_RETURN_IF_ERROR(database.execute(fmt::format("PRAGMA user_version = {}", kSqliteFormatVersion)));
-    spdlog::info("{} had store format {}; it has format {} now", file.string(), version, kSqliteFormatVersion);
+    LM_RETURN_IF_ERROR(mark_with_format(database, file, version));
   }
   database.checkpoint_at_close(true);
   return std::unique_ptr<Store>(std::make_unique<SqliteStore>(
@@ -325,8 +364,7 @@ Status migrate(const fs::path& file) {
   if (!state) {
     return ok_status();
   }
-  const fs::path fresh = with_suffix(file, ".new"),
-                 kept = with_suffix(file, fmt::format(".format-{}", sqlite::kFormatBefore));
+  const fs::path fresh = with_suffix(file, ".new"), kept = kept_name(file, sqlite::kFormatBefore);
   spdlog::info("{} has store format {}; converting it to format {}", file.string(), sqlite::kFormatBefore,
                kSqliteFormatVersion);
   for (const char* const suffix : {"", "-wal", "-chain"}) {
@@ -343,11 +381,10 @@ Status migrate(const fs::path& file) {
     fs::copy_file(file, kept);
   }
   fs::rename(with_suffix(fresh, "-chain"), with_suffix(file, "-chain"));
-  sync_folder_of(file);  // the chain goes before the file that needs it
+  LM_RETURN_IF_ERROR(sync_folder_of(file));  // the chain goes before the file that needs it
   fs::rename(fresh, file);
-  sync_folder_of(file);
-  spdlog::info("the store of format {} is kept as {}, in case you return to an older lightmill-server",
-               sqlite::kFormatBefore, kept.string());
+  LM_RETURN_IF_ERROR(sync_folder_of(file));
+  log_kept(kept, sqlite::kFormatBefore);
   return ok_status();
 }
 

@@ -1,5 +1,5 @@
-// Light choice: few lights all light a point. Of many, one is drawn with the stated probability and a bounded variance.
-// The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
+// Light choice: a point samples all of few lights. Otherwise it draws one, with the stated probability and a bounded
+// variance. The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
 #include <numeric>
 
 #include "tests/analytic/lights/light_checks.h"
@@ -25,7 +25,7 @@ class Numbers {
   std::uint32_t state_ = 7;
 };
 
-TEST(LightChoice, UpToFourLightsLightAPointTogether) {
+TEST(LightChoice, UpToFourLightsAreAllSampled) {
   LightTable table;
   table.facets.add({{0, 0, 5}, {0, 1, 0}, {1, 0, 0}, {2, 2, 2}, false, false, 0});
   table.points.add({{-3, 0, 5}, Vec3(1e9f)});

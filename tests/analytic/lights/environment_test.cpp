@@ -160,7 +160,7 @@ TEST(Environment, EachPixelIsInItsDocumentedDirection) {
   EXPECT_NEAR(seen(light, {0, 0, -1}).x, 15 + 1.5, 1e-4);
   EXPECT_NEAR(seen(light, {-1, 0, 1e-7f}).x, 15 + 3.5, 1e-4);  // across the seam: 7 and 0
   EXPECT_NEAR(seen(light, {-1, 0, -1e-7f}).x, 15 + 3.5, 1e-4);
-  // Turned by 90° about +y. What was at +x is now at −z.
+  // Turned by 90° about +y. The pixel at +x is now at −z.
   EXPECT_NEAR(seen(image.light(90), {0, 0, -1}).x, 15 + 3.5, 1e-4);
   EXPECT_NEAR(seen(image.light(90), {1, 0, 0}).x, 15 + 5.5, 1e-4);
   // All columns meet at a pole. Any of them is right, but no NaN.

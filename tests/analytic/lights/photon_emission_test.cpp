@@ -226,7 +226,7 @@ TEST(PhotonEmission, SpheresLightDiscsOutsideAndTargetsInside) {
   // Both sides emit 2π/(n + 2) of their area.
   const LightTable both = table_of([](LightTable& t) { t.spheres.add({{0, 0, 0}, 0.5f, kColor, false, true, 3}); });
   expect_flux(photon_flux(emission_of(both, {kEverything}), 66, anywhere), exactly(2 * 2 * M_PI / 5 * M_PI));
-  // Points are drawn where a target sees them. What several targets see counts once.
+  // Points are drawn where a target sees them. Points that several targets see count once.
   const std::vector<BoundingSphere> targets{{{0, 0, 2}, 1}, {{0.7, 0, 2}, 0.5}, {{0, 3, 0}, 0.1}, {{0.2, 0, 0.3}, 0.4}};
   int lit = 0;
   const PhotonEmission several = emission_of(outward, targets);

@@ -245,8 +245,8 @@ double h_function(double mu) {
   return std::exp(-mu / M_PI * sum * M_PI / 2 / kSteps);
 }
 
-// Facets of α = 1 that scatter once have the BRDF 1/(2π (μo + μi)). The only factors for both directions with which it
-// reflects all light give H(μo) H(μi)/(4π (μo + μi)), the BRDF of isotropic scatterers that absorb nothing.
+// Facets of α = 1 that scatter once have the BRDF 1/(2π (μo + μi)). Only one pair of factors for both directions makes
+// it reflect all light. It gives H(μo) H(μi)/(4π (μo + μi)), the BRDF of isotropic scatterers that absorb nothing.
 TEST(Conductor, AtAlphaOneBalancedFacetsFollowChandrasekharsLaw) {
   ASSERT_NEAR(h_function(1), 2.9078, 1e-3);  // Chandrasekhar's table XI
   for (const double o : {0.05, 0.3, 0.7, 1.0}) {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/math/transcendental.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 

@@ -75,7 +75,7 @@ std::vector<AtlasCase> glass_cases() {
   cases.push_back(light_pipe());
   cases.push_back(ink(R"("color": {"rgb": [0, 0, 0]})"));
   cases.push_back(ink(R"("absorption": {"rgb": [1e30, 1e30, 1e30]})"));
-  cases.push_back(eye_in_glass(1.5));
+  cases.push_back(camera_in_glass(1.5));
   return cases;
 }
 

@@ -96,7 +96,7 @@ AtlasCase ink(const std::string& interior) {
           .level = 6};
 }
 
-AtlasCase eye_in_glass(double ior) {
+AtlasCase camera_in_glass(double ior) {
   return {.subject = "camera inside glass",
           .name = fmt::format("at the middle of a ball of index {}", ior),
           .document = document(R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 90, 16,

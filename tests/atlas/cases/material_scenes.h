@@ -31,7 +31,7 @@ AtlasCase light_pipe();
 /// A hollow shell. Its outside reflects 4 % of the sky at normal incidence, and no light comes from within.
 AtlasCase ink(const std::string& interior);
 /// A camera at the middle of a ball of glass. Nothing is totally reflected there: radiance is n² of that outside.
-AtlasCase eye_in_glass(double ior);
+AtlasCase camera_in_glass(double ior);
 
 /// A regular octahedron; `normal` gives the normal of a corner.
 std::string octahedron(const std::function<std::array<double, 3>(const std::array<double, 3>&)>& normal);

@@ -7,7 +7,7 @@
 #include "common/image/exr.h"
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/atlas_case.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

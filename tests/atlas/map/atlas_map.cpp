@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/base/check.h"
-#include "common/methods/photons/photon_passes.h"
+#include "common/methods/photons/gather_pass.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
 #include "tests/bench/measure.h"
@@ -102,7 +102,7 @@ std::string spec_of(const std::string& method, const TestScene& scene, const Atl
   const CompiledScene& compiled = *scene.compiled();
   const double resolved = kOfBlock * std::min(compiled.film_width(), compiled.film_height()) / kBlocks;
   return fmt::format("ppm:radius={:.3g}",
-                     share * std::min(resolved, photons::default_radius(compiled, photons::PhotonKind::global)));
+                     share * std::min(resolved, photons::default_radius(compiled, photons::kGlobalPhotons)));
 }
 
 /// Returns false if it was stopped.

@@ -5,7 +5,7 @@
 #include "common/base/digest.h"
 #include "common/base/file.h"
 #include "common/farm/job.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RgbImage, width, height, values)

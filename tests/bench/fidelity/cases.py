@@ -2,7 +2,7 @@
 
   blender --background --factory-startup --python cases.py -- FOLDER SAMPLES [CASE…]
 
-FOLDER gets CASE.blend and CASE.cycles.exr of each case, or of all. Pictures that are there are kept.
+FOLDER gets CASE.blend and CASE.cycles.exr of each case, or of all. Existing pictures are kept.
 """
 import math
 import os
@@ -11,7 +11,7 @@ import sys
 import bpy
 
 CASES = {}
-GAP = 0.05  # below glass: where faces are in one place, renderers may take any of them
+GAP = 0.05  # below glass: of coincident faces, a renderer may hit any one
 
 
 def case(make):
@@ -19,7 +19,7 @@ def case(make):
     return make
 
 
-# What the cases are made of.
+# Building blocks of the cases.
 
 def material(name, kind="BSDF_DIFFUSE", **inputs):
     """A material of one shader."""
@@ -320,7 +320,7 @@ def principled_glass():
 
 
 def floor_alone(degrees):
-    """A principled floor in an even sky, which fills the picture, seen from this height above the horizon."""
+    """A principled floor under a uniform sky. It fills the picture, seen from this angle above the horizon."""
     floor(material("floor", "BSDF_PRINCIPLED", Base_Color=gray(0.6), Roughness=1.0)).scale = (100, 100, 1)
     from_height(degrees)
 
@@ -454,7 +454,7 @@ def normal_map():
 
 @case
 def normals_alone():
-    """A floor in an even sky, which fills the picture. Its normals lean by 40°."""
+    """A floor under a uniform sky. It fills the picture, and its normals lean by 40°."""
     leaning = material("leaning", Color=gray(0.6))
     lean = math.radians(40)
     node = insert(leaning, "ShaderNodeNormalMap", shader_of(leaning).inputs["Normal"])
@@ -543,7 +543,7 @@ def begin():
 
 
 def render(scene, path, samples):
-    """Without anything that changes the expected value."""
+    """Renders without any setting that changes the expected value, such as clamping."""
     scene.render.engine = "CYCLES"
     cycles = scene.cycles
     cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False

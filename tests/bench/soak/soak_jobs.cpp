@@ -6,7 +6,7 @@
 
 #include "client/cli/film_fetch.h"
 #include "client/cli/progress.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/process.h"
 
 namespace lightmill::soak {

@@ -192,7 +192,7 @@ class SwarmMember {
   }
   void post(std::uint64_t stream, std::function<void(Time)> event);
 
-  /// As the coordinator sees it when it has received everything that was sent.
+  /// Whether the coordinator owes the worker a lease, once it has received everything that was sent.
   bool may_have_more() const {
     std::size_t tiles = 0;
     for (const auto& [lease, left] : left_) {
@@ -207,7 +207,7 @@ class SwarmMember {
     if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
       ++swarm_.counts_.leases;
       left_[grant->lease] = grant->unit.tiles.size();
-      // An earlier one was there already, only unread.
+      // A lease from before `since` had already arrived, but was not read yet. It does not count.
       if (const auto since = std::exchange(short_since_, std::nullopt); since && *since < arrived) {
         swarm_.latencies_.lease.push_back(to_seconds(arrived - *since));
       }

@@ -36,7 +36,7 @@ def word(text):
 
 
 def typed(document, command):
-    """The command with the reader's own words."""
+    """The command with its placeholders replaced by the reader's values."""
     for where, text, own in exceptions.WORDS:
         if fnmatch.fnmatchcase(document, where):
             code, comment, rest = command.partition("  #")
@@ -45,7 +45,7 @@ def typed(document, command):
 
 
 def steps(document):
-    """What a reader of the document types, in turn."""
+    """The commands that a reader of the document types, in order."""
     for command in commands((SOURCE / document).read_text()):
         if not any(matches(entry, document, command) for entry in exceptions.SKIPPED):
             for entry in exceptions.BEFORE:

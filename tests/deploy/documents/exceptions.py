@@ -1,5 +1,5 @@
-"""What the test of the documents' commands knows of single commands. A pattern has the wildcards of shells. Each entry must match
-a command, so entries of commands that are gone fail the test.
+"""Exceptions of single commands, for the test of the documents' commands. A pattern has the wildcards of shells. Each entry must
+match a command, so the test fails for an entry whose command is gone.
 """
 
 # (document, command, why it is not run)
@@ -40,12 +40,12 @@ SKIPPED = [
     ("docs/operate/upgrade.md", "cp -a /var/lib/lightmill *", "the folder of an installed service"),
     ("docs/operate/upgrade.md", "apt install *", "needs a package of the next version"),
     ("docs/operate/upgrade.md", "journalctl *", "needs a machine that systemd has started"),
-    ("docs/operate/upgrade.md", "mv lightmill.sqlite.format-12 *", "needs a migrated store; store_tests migrate one"),
+    ("docs/operate/upgrade.md", "mv lightmill.sqlite.format-13*", "needs a migrated store; store_tests migrate one"),
     ("docs/operate/upgrade.md", "rm *lightmill.sqlite*", "needs a migrated store"),
 ]
 
-# (document, command, what its reader has done before it, a command a line). `jobs_up_to N` submits jobs
-# until the last is number N.
+# (document, command, the commands that its reader has typed before it, one per line). `jobs_up_to N` submits jobs until the
+# last has number N.
 BEFORE = [
     ("README.md", "lightmill submit *", "jobs_up_to 6 --spp 1"),
     ("README.md", "lightmill-worker --server *", "cp certs/ca.pem ."),
@@ -75,7 +75,7 @@ BEFORE = [
      "lightmill-worker --server NODE:7350 --tls-ca $farm/ca.pem --enrol-file $farm/worker.enrol"),
 ]
 
-# (document, word, what its reader puts in its place)
+# (document, word, the text by which its reader replaces it)
 WORDS = [
     ("docs/*", "JOB", "$(lightmill jobs --json | first id)"),
     ("docs/*", "DIR", "~/.local/share/lightmill"),

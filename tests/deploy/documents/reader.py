@@ -9,8 +9,9 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from patience import PATIENCE_S, wait_until
+from processes import FAULTS
 
-# Two commands for exceptions.py, and what the last command has left.
+# Two commands for exceptions.py, and the environment that the last command has left.
 PRELUDE = r'''
 first() { python3 -c 'import re, sys; print(re.search(r"\"%s\": ?\"?([^\",}]+)" % sys.argv[1], sys.stdin.read())[1])' "$1"; }
 jobs_up_to() {
@@ -33,8 +34,8 @@ def listens(port):
 
 
 class Reader:
-    """Runs the commands in turn. Variables that a command exports are there for the next. Programs that run until they are
-    stopped continue in terminals of their own. A new coordinator takes the place of the last one."""
+    """Runs the commands in order. The variables that a command exports are set for the next. Programs that run until they are
+    stopped continue in the background. A new coordinator replaces the last one."""
 
     def __init__(self, folder, programs):
         self.folder, self.home, self.programs = folder, folder / "home", []
@@ -71,7 +72,7 @@ class Reader:
         self.judge(command, output, run.returncode, [0])
 
     def look(self, command, output):
-        """Runs a command that shows something until Ctrl-C, and presses Ctrl-C when it has."""
+        """Runs a command that shows something until Ctrl-C, and presses Ctrl-C once it has shown it."""
         screen = self.home / "screen"
         with screen.open("w") as out:
             run = self.bash(f"exec {command}", stdout=out)
@@ -120,5 +121,5 @@ class Reader:
             run.wait(PATIENCE_S)
 
     def judge(self, command, output, code, codes):
-        if code not in codes or "unknown" in output.lower():
+        if code not in codes or "unknown" in output.lower() or any(fault in output for fault in FAULTS):
             raise Failure(f"{command}\n  exit code {code}. It printed:\n{output[-3000:]}")

@@ -2,24 +2,19 @@
 // with their arguments. Then plants faults and expects that they are found.
 //
 //   NODE_PATH=FOLDER/node_modules node manifests_test.cjs SOURCE-FOLDER FOLDER-OF-THE-PROGRAMS
-//
-// With a recent kubectl it also checks that kubectl renders the kustomizations like this test.
 'use strict';
 const assert = require('node:assert');
-const childProcess = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const test = require('node:test');
 const {composeFarmFaults, farmFaults, readWorld} = require('./farm.cjs');
-const {documents, nameOf, render} = require('./render.cjs');
+const {documents, kustomizations, render} = require('./render.cjs');
 const {composeFaults, objectFaults} = require('./schemas.cjs');
 const {accessCommands, startFarm} = require('./started.cjs');
 
 const [source, bin] = process.argv.slice(2);
 const world = readWorld(source, bin);
-const folders = Object.fromEntries(
-  ['base', 'overlays/postgres'].map((name) => [name, path.join(source, 'deploy/kubernetes', name)]),
-);
+const folders = kustomizations(source);
 const base = render(folders.base);
 const shared = render(folders['overlays/postgres']);
 const [compose] = documents(fs.readFileSync(path.join(source, 'deploy/compose/compose.yaml'), 'utf8'));
@@ -31,17 +26,6 @@ for (const [name, docs] of [
   ['overlays/postgres', shared],
 ]) {
   test(`${name} fits the schemas, and its parts agree`, () => assert.deepStrictEqual(allFaults(docs), []));
-  test(`kubectl renders ${name} alike`, (context) => {
-    const made = childProcess.spawnSync('kubectl', ['kustomize', folders[name]], {encoding: 'utf8'});
-    // Kustomizations have had these fields since kubectl 1.21.
-    if (made.error || /invalid Kustomization|unknown field/.test(made.stderr)) {
-      context.skip('no kubectl, or one that is too old');
-      return;
-    }
-    assert.strictEqual(made.status, 0, made.stderr);
-    const byName = (all) => Object.fromEntries(all.map((doc) => [nameOf(doc), doc]));
-    assert.deepStrictEqual(byName(documents(made.stdout)), byName(docs));
-  });
 }
 test('compose.yaml fits the schema, and its parts agree', () => assert.deepStrictEqual(allComposeFaults(compose), []));
 

@@ -40,6 +40,11 @@ function merge(target, patch) {
   return merged;
 }
 
+/** The folders of deploy/kubernetes with a kustomization, by name. */
+function kustomizations(source) {
+  return Object.fromEntries(['base', 'overlays/postgres'].map((name) => [name, path.join(source, 'deploy/kubernetes', name)]));
+}
+
 const nameOf = (doc) => `${doc.kind}/${doc.metadata?.name}`;
 
 /** {what kustomization.yaml names, their order aside}: all objects of the folder. */
@@ -69,4 +74,4 @@ function render(folder) {
   return docs;
 }
 
-module.exports = {documents, nameOf, render};
+module.exports = {documents, kustomizations, nameOf, render};

@@ -6,7 +6,6 @@ const childProcess = require('node:child_process');
 const fs = require('node:fs');
 const os = require('node:os');
 const path = require('node:path');
-const {setTimeout: sleep} = require('node:timers/promises');
 
 /** The commands `lightmill certs …` and `lightmill tokens …` below a heading of the page. */
 function accessCommands(docs, heading) {
@@ -14,28 +13,14 @@ function accessCommands(docs, heading) {
   return [...section.matchAll(/^lightmill ((?:certs|tokens) [^#\n]*)/gm)].map((match) => match[1].trim().split(/\s+/));
 }
 
-async function eventually(what, look) {
-  for (const end = Date.now() + 30_000; Date.now() < end; await sleep(100)) {
-    const found = look();
-    if (found) return found;
-  }
-  throw new Error(what());
-}
-
 /** Runs both programs until the coordinator knows the worker. ada and the other askers query it. Then stops them. */
 async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
+  const {BackgroundProgram, endAll, eventually} = await import('../../e2e/farm.mjs');
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'lightmill-manifests-'));
   const file = (name) => path.join(folder, name);
   const run = (program, args) => childProcess.spawnSync(path.join(bin, program), args, {cwd: folder, encoding: 'utf8'});
   const running = [];
-  const start = (program, args) => {
-    const child = childProcess.spawn(path.join(bin, program), args, {
-      stdio: ['ignore', 'ignore', fs.openSync(file(`${program}.log`), 'w')],
-    });
-    child.ended = new Promise((resolve) => child.on('exit', resolve));
-    running.push(child);
-  };
-  const log = (program) => fs.readFileSync(file(`${program}.log`), 'utf8');
+  const start = (program, args) => running.push(new BackgroundProgram(path.join(bin, program), args, file(`${program}.log`)));
   const own = (args) =>
     args.map((arg) =>
       arg
@@ -54,10 +39,7 @@ async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
     make('certs');
     start('lightmill-server', [...own(serverArgs), `--port-file=${file('port')}`]);
     const port = (
-      await eventually(
-        () => log('lightmill-server'),
-        () => fs.existsSync(file('port')) && fs.readFileSync(file('port'), 'utf8'),
-      )
+      await eventually('the coordinator starts', () => fs.existsSync(file('port')) && fs.readFileSync(file('port'), 'utf8'))
     ).trim();
     make('tokens', ...as('ada', port));
     start(
@@ -68,20 +50,19 @@ async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
     );
     for (const asker of ['ada', ...askers]) {
       const ask = () => run('lightmill', ['workers', '--json', ...as(asker, port)]);
-      await eventually(
-        () => `${asker}: ${ask().stdout} ${ask().stderr} ${log('lightmill-worker')}`,
-        () => {
-          const answer = ask();
-          return answer.status === 0 && JSON.parse(answer.stdout).workers.length === 1;
-        },
-      );
+      await eventually(`${asker} sees the worker`, () => {
+        const answer = ask();
+        return answer.status === 0 && JSON.parse(answer.stdout).workers.length === 1;
+      });
     }
+  } catch (error) {
+    throw new Error(`${error.message}\n${running.map((program) => fs.readFileSync(program.log, 'utf8')).join('\n')}`);
   } finally {
-    for (const child of running.reverse()) {
-      child.kill('SIGTERM');
-      assert.strictEqual(await child.ended, 0, log('lightmill-server'));
+    try {
+      await endAll(running, 'SIGTERM');
+    } finally {
+      fs.rmSync(folder, {recursive: true});
     }
-    fs.rmSync(folder, {recursive: true});
   }
 }
 

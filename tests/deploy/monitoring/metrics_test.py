@@ -18,7 +18,8 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from patience import wait_until
+from patience import PATIENCE_S, wait_until
+from processes import BackgroundProgram
 
 BUILD = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
@@ -58,9 +59,8 @@ class MetricsTest(unittest.TestCase):
 
     @classmethod
     def start(cls, program, *arguments):
-        process = subprocess.Popen([BIN / program, *map(str, arguments), "--log-level", "warn"])
-        cls.addClassCleanup(process.wait)
-        cls.addClassCleanup(process.terminate)
+        process = BackgroundProgram([BIN / program, *arguments, "--log-level", "warn"], cls.folder / f"{program}.log")
+        cls.addClassCleanup(process.end)
 
     @classmethod
     def lightmill(cls, *arguments):
@@ -73,7 +73,7 @@ class MetricsTest(unittest.TestCase):
     @classmethod
     def read(cls):
         """{(name, labels): value} of all samples, and the families."""
-        with urllib.request.urlopen(f"{cls.address}/metrics", timeout=30) as answer:
+        with urllib.request.urlopen(f"{cls.address}/metrics", timeout=PATIENCE_S) as answer:
             cls.content_type = answer.headers["Content-Type"]
             families = list(text_string_to_metric_families(answer.read().decode()))
         cls.families = families
@@ -167,7 +167,7 @@ class MetricsTest(unittest.TestCase):
         for command in (["check", "rules", ALERTS, every], ["test", "rules", pathlib.Path(__file__).parent / "alerts_test.yml"]):
             run = subprocess.run(["promtool", *map(str, command)], capture_output=True, text=True, check=False)
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
-        with urllib.request.urlopen(f"{self.address}/metrics", timeout=30) as answer:
+        with urllib.request.urlopen(f"{self.address}/metrics", timeout=PATIENCE_S) as answer:
             run = subprocess.run(["promtool", "check", "metrics"], input=answer.read(), capture_output=True, check=False)
         self.assertEqual(run.returncode, 0, (run.stdout + run.stderr).decode())
 

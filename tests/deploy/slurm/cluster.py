@@ -42,7 +42,7 @@ SlurmdParameters=config_overrides
 ReturnToService=2
 SlurmdTimeout={silence}
 KillWait={kill_wait}
-MinJobAge=300
+MinJobAge=86400
 {nodes}
 PartitionName=render Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
@@ -66,7 +66,7 @@ def kill_all_in(namespace):
             except ProcessLookupError:
                 pass
         return not alive()
-    wait_until(f"nothing runs in {namespace}", killed, 20)
+    wait_until(f"nothing runs in {namespace}", killed)
 
 
 def remove_leftovers():
@@ -129,7 +129,7 @@ class Cluster:
         self.spawn(CONTROLLER, "slurmctld", "-D", "-i")
         for node in self.nodes:
             self.start_node(node)
-        wait_until("all nodes are idle", lambda: set(self.states().values()) == {"idle"}, 20)
+        wait_until("all nodes are idle", lambda: set(self.states().values()) == {"idle"})
 
     def connect(self):
         """A namespace for each host. The bridge between them is the controller's."""
@@ -161,7 +161,7 @@ class Cluster:
             ["munged", "--foreground", "--force", f"--key-file={key}", f"--socket={socket}",
              f"--pid-file={self.folder}/munge/pid", f"--seed-file={self.folder}/munge/seed", f"--log-file={self.folder}/munge.log"],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        wait_until("munged listens", socket.exists, 20)
+        wait_until("munged listens", socket.exists)
 
     def start_node(self, node):
         # slurmd requires control groups although it uses none, and `ip netns exec` hides them with a /sys of the node's own.

@@ -17,7 +17,7 @@ import unittest
 from unittest import mock
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from patience import wait_until
+from patience import PATIENCE_S, wait_until
 
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 SLURM = SOURCE / "deploy" / "slurm"
@@ -84,7 +84,7 @@ class Scripts(unittest.TestCase):
     def cancelled(self, process):
         """Signals all processes of a job, like Slurm."""
         os.killpg(process.pid, signal.SIGTERM)
-        return process.wait(60)
+        return process.wait(PATIENCE_S)
 
     def addresses(self):
         return {path.name: path.read_text().strip() for path in (self.farm / "coordinators").iterdir()}
@@ -120,12 +120,12 @@ class Scripts(unittest.TestCase):
     def test_a_coordinator_is_requeued_when_its_time_is_up(self):
         process = self.coordinator()
         process.send_signal(signal.SIGUSR1)
-        self.assertEqual(process.wait(60), 0)
+        self.assertEqual(process.wait(PATIENCE_S), 0)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def test_a_coordinator_that_cannot_start_ends(self):
         self.stand_in("lightmill-server", "exit 1")
-        run = subprocess.run(["bash", SLURM / "coordinator.sbatch"], check=False, timeout=20,
+        run = subprocess.run(["bash", SLURM / "coordinator.sbatch"], check=False, timeout=PATIENCE_S,
                              env={**self.environment, "SLURM_JOB_ID": "9", "SLURMD_NODENAME": "n1"})
         self.assertEqual(run.returncode, 1)
         self.assertEqual(len(self.called("lightmill-server")), 1)
@@ -148,7 +148,7 @@ class Scripts(unittest.TestCase):
         wait_until("the third sleep", lambda: self.called("sleep") == ["2", "4", "8"] and
                    stat.read_text().rpartition(")")[2].startswith(" S"))
         process.send_signal(signal.SIGUSR1)
-        self.assertEqual(process.wait(60), 1)
+        self.assertEqual(process.wait(PATIENCE_S), 1)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def started_worker(self, **more):

@@ -15,11 +15,12 @@ import shutil
 import signal
 import sys
 import tempfile
-import time
 import unittest
 
 from cluster import Cluster, CONTROLLER, KILL_WAIT, run, wait_until
+from patience import PATIENCE_S
 from postgres import start_postgres
+from processes import expect_no_fault
 
 FULL = "--full" in sys.argv
 if FULL:
@@ -106,7 +107,7 @@ class Farm:
         return self.show(job)["fraction_done"]
 
     def wait_for(self, job, share):
-        wait_until(f"{share:.0%} of job {job}", lambda: self.done(job) >= share, 120)
+        wait_until(f"{share:.0%} of job {job}", lambda: self.done(job) >= share)
 
 
 class SlurmTest(unittest.TestCase):
@@ -143,8 +144,14 @@ class SlurmTest(unittest.TestCase):
         wait_until("no worker is left", lambda: not self.slurm_jobs() and not farm.workers(), KILL_WAIT - 5)
         self.expect_drained(names, farm)
 
+    def expect_no_crash(self):
+        for log in self.folder.glob("lightmill-*.log"):
+            expect_no_fault(log)
+        self.assertEqual(self.cluster.call("squeue", "--noheader", "--array", "--states=FAILED,OUT_OF_MEMORY", "--format=%i %j %T"), "")
+
     def tearDown(self):
         self.cancel_workers(self.farm)
+        self.expect_no_crash()
 
     # Faults.
 
@@ -156,10 +163,10 @@ class SlurmTest(unittest.TestCase):
         lost = sorted(places)[-1]
         self.cluster.kill_all_of(lost)
         wait_until("Slurm starts the worker again", lambda: any(
-            number == places[lost] and again == 1 for number, _, _, again in self.slurm_jobs()), 60)
+            number == places[lost] and again == 1 for number, _, _, again in self.slurm_jobs()))
         self.expect_quiet_film(job, 1, 250)
         self.cluster.start_node(lost)
-        wait_until("the node is back", lambda: self.cluster.states()[lost] in ("idle", "mixed", "allocated"), 60)
+        wait_until("the node is back", lambda: self.cluster.states()[lost] in ("idle", "mixed", "allocated"))
 
     def test_a_cancelled_worker_returns_the_units_it_had_not_begun(self):
         self.farm.start_workers(2)
@@ -192,12 +199,12 @@ class SlurmTest(unittest.TestCase):
         running = [pathlib.Path(f"/proc/{pid}/comm").read_text().strip() for pid in pids]
         self.assertIn(WORKER[:15], running, "the first one works on")
         before = self.farm.done(job)
-        wait_until("the second one renders", lambda: self.farm.done(job) > before, 60)
+        wait_until("the second one renders", lambda: self.farm.done(job) > before)
         self.cluster.set_link(cut, "up")
         self.expect_quiet_film(job, 2, 4000)
         rendered = collections.Counter(re.findall(rf"(job {job}, samples \S+ \S+ tile \d+) is rendered", self.farm.worker_log(name)))
         self.assertGreater(rendered.most_common(1)[0][1], 1, "both rendered some of it")
-        wait_until("the node is back", lambda: self.cluster.states()[cut] in ("idle", "mixed", "allocated"), 60)
+        wait_until("the node is back", lambda: self.cluster.states()[cut] in ("idle", "mixed", "allocated"))
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
     def test_a_coordinator_resumes_when_its_lost_node_is_back(self):
@@ -205,7 +212,7 @@ class SlurmTest(unittest.TestCase):
         job = self.farm.submit(3, 1500)
         self.farm.wait_for(job, 0.2)
         self.cluster.kill_all_of("n1")
-        wait_until("Slurm gives the node up", lambda: self.cluster.states()["n1"].startswith("down"), 60)
+        wait_until("Slurm gives the node up", lambda: self.cluster.states()["n1"].startswith("down"))
         self.cluster.start_node("n1")
         wait_until("it is started again", self.farm.answers, 240)
         self.assertGreater(self.farm.done(job), 0.1, "what was rendered is there")
@@ -280,15 +287,20 @@ class SlurmTest(unittest.TestCase):
         self.cancel_workers(pair)
 
     def start_autoscale(self, log, *options):
-        scaler = self.cluster.spawn(CONTROLLER, SLURM / "autoscale", "--interval", "0.5", "--patience", "4", "--lightmill",
-                                    BIN / "lightmill", *options, SLURM / "worker.sbatch", "--cpus-per-task=1", output=log,
+        """It asks the coordinator through a script, which notes each time in `asked`."""
+        self.asked, script = self.folder / "asked", self.folder / "ask"
+        self.asked.write_text("")
+        script.write_text(f'#!/bin/sh\necho >>{self.asked}\nexec {BIN}/lightmill "$@"\n')
+        script.chmod(0o755)
+        scaler = self.cluster.spawn(CONTROLLER, SLURM / "autoscale", "--interval", "0.5", "--patience", "4", "--lightmill", script,
+                                    *options, SLURM / "worker.sbatch", "--cpus-per-task=1", output=log,
                                     environment=self.farm.environment)
         self.addCleanup(scaler.kill)
         return scaler
 
     def end_autoscale(self, scaler, log):
         scaler.send_signal(signal.SIGTERM)
-        self.assertEqual(scaler.wait(30), 0, log.read_text())
+        self.assertEqual(scaler.wait(PATIENCE_S), 0, log.read_text())
         self.assertIn("ends: ", log.read_text())
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
@@ -296,25 +308,25 @@ class SlurmTest(unittest.TestCase):
         log = self.folder / "autoscale.log"
         self.addCleanup(lambda: print(log.read_text()))  # shown if the test fails
         scaler = self.start_autoscale(log, "--max", "3")
-        time.sleep(2)
+        wait_until("it has acted a few times", lambda: len(self.asked.read_text()) > 3)
         self.assertEqual(self.slurm_jobs(), [], "nothing is wanted")
         small, long = self.farm.submit(4, 300), self.farm.submit(5, 24000)
-        wait_until("the most that it may start", lambda: len(self.farm.workers()) == 3, 120)
+        wait_until("the most that it may start", lambda: len(self.farm.workers()) == 3)
         self.assertEqual(len(self.slurm_jobs()), 3)
         # Each worker that could render counts as wanted. So fewer are wanted during a job only if the maximum is lower.
         self.end_autoscale(scaler, log)
         before = self.farm.workers()
         scaler = self.start_autoscale(log, "--max", "1")
-        wait_until("two of them leave", lambda: len(self.slurm_jobs()) == 1, 60)
+        wait_until("two of them leave", lambda: len(self.slurm_jobs()) == 1)
         shown = self.farm.show(long)
         self.assertEqual((shown["state"], shown["counters"]["leases_lost"]), ("running", 0))
         [left] = self.farm.workers()
         self.expect_drained(set(before) - {left})
         self.expect_quiet_film(small, 4, 300)
         self.expect_quiet_film(long, 5, 24000)
-        wait_until("none is wanted any more", lambda: not self.slurm_jobs() and not self.farm.workers(), 60)
+        wait_until("none is wanted any more", lambda: not self.slurm_jobs() and not self.farm.workers())
         more = self.farm.submit(6, 300)
-        wait_until("one comes", self.slurm_jobs, 60)
+        wait_until("one comes", self.slurm_jobs)
         self.expect_quiet_film(more, 6, 300)
         self.end_autoscale(scaler, log)
         self.assertNotIn("nothing changes: ", log.read_text())

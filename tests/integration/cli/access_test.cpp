@@ -170,7 +170,7 @@ TEST_F(SecureCliTest, MismatchedCertificatesAndTokensAreReported) {
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", file("none.pem")}), "--tls-ca " + file("none.pem")));
 }
 
-TEST_F(SecureCliTest, AnOpenFarmIsMadeOnlyWhenAskedForAndSaysSo) {
+TEST_F(SecureCliTest, AnOpenFarmNeedsAnExplicitOptionAndWarns) {
   const auto start = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{program("lightmill-server"), "--data", file("data"), "--port-file",
                                        file("port")};

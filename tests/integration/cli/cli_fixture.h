@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/process.h"
 #include "tests/support/reserved_port.h"
 #include "tests/support/temporary_folder.h"
@@ -90,6 +90,10 @@ inline std::string port_in(const std::string& file) {
 class SharedFarmTest : public OnFarmTest {
  protected:
   std::string server() const override { return running().address; }
+  ~SharedFarmTest() override {
+    EXPECT_TRUE(running().coordinator.runs());
+    EXPECT_TRUE(running().worker->runs());
+  }
 
  private:
   struct Running {
@@ -109,8 +113,8 @@ class SharedFarmTest : public OnFarmTest {
     std::optional<BackgroundProcess> worker;
     std::string address;
   };
-  static const Running& running() {
-    static const Running one;
+  static Running& running() {
+    static Running one;
     return one;
   }
 };

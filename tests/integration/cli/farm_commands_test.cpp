@@ -213,7 +213,7 @@ TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   EXPECT_TRUE(load_rgb(file("live.png")).ok());
 }
 
-TEST_F(FarmCliTest, RenderReportsMissingWorkersAndWorkersFindTheFarmAsItDoes) {
+TEST_F(FarmCliTest, RenderReportsMissingWorkersAndContinuesWhenOneConnects) {
   BackgroundProcess render({program("lightmill"), "render", scene("cornell-bench-blocks.json"), "--size", "32x32",
                             "--spp", "2", "--layers", "albedo", "-o", file("a.png"), "--server", server()},
                            file("render.log"), environment());

@@ -179,7 +179,7 @@ TEST_F(SharedLabTest, MistakesAreReportedBeforeAnythingIsRendered) {
   EXPECT_FALSE(std::filesystem::exists(file("out") + "/results.jsonl"));
 }
 
-TEST_F(SharedLabTest, AReferenceFileSaysWhoseSamplesItHolds) {
+TEST_F(SharedLabTest, AReferenceFileWithASeedOfTheExperimentIsRefused) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::string seed : {"3", "7"}) {
     on_farm({"render", box, "--method", "path", "--size", "20x16", "--spp", "64", "--seed", seed, "-o",

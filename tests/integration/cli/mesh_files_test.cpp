@@ -1,8 +1,9 @@
-// OBJ files without a scene on the command line: what they lack, and what is wrong in them.
+// Mesh files on the command line: what they lack, what is wrong in them, and moments of animations.
 #include <numeric>
 
 #include "common/image/picture_file.h"
 #include "tests/integration/cli/cli_fixture.h"
+#include "tests/unit/scene_io/gltf_text.h"
 
 namespace lightmill::test {
 namespace {
@@ -51,6 +52,59 @@ TEST_F(CliTest, FaultsOfMeshFilesAreNoticesUnlessStrict) {
     EXPECT_EQ(strict.exit_code, 2) << command;
     EXPECT_EQ(strict.err.find("lightmill: --strict: " + odd + ":16: unknown statement"), 0u) << strict.err;
   }
+}
+
+/// A triangle in front of a camera. The animation `leaves` moves it out of the picture in two seconds, `stays` does not.
+std::string moving_triangle() {
+  GltfBuffer buffer;
+  const int corners = buffer.positions({-1, -1, 0, 1, -1, 0, 0, 1, 0});
+  const int times = buffer.add(packed<float>({0, 2}), "SCALAR", 5126, 2);
+  const int away = buffer.add(packed<float>({0, 0, 0, 99, 0, 0}), "VEC3", 5126, 2);
+  const int here = buffer.add(packed<float>({0, 0, 0, 0, 0, 0}), "VEC3", 5126, 2);
+  const auto animation = [&](std::string_view name, int positions) {
+    return fmt::format(R"({{"name":"{}","channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}}],
+"samplers":[{{"input":{},"output":{}}}]}})",
+                       name, times, positions);
+  };
+  return gltf(
+      fmt::format(R"({},"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],"scenes":[{{"nodes":[0,1]}}],
+"cameras":[{{"type":"perspective","perspective":{{"yfov":1,"znear":0.1}}}}],
+"nodes":[{{"mesh":0}},{{"camera":0,"translation":[0,0,4]}}],"animations":[{},{}])",
+                  buffer.embedded(), corners, animation("leaves", away), animation("stays", here)));
+}
+
+TEST_F(CliTest, AMomentOfAnAnimationIsRendered) {
+  const std::string file_name = write("a.gltf", moving_triangle());
+  const auto shows_triangle = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> command{"render",   file_name, "--local", "--size", "16x16", "--spp",      "4",
+                                     "--method", "path",    "--sky",   "on",     "-o",    file("a.exr")};
+    command.insert(command.end(), options.begin(), options.end());
+    json(command);
+    const Result<RgbImage> image = load_rgb(file("a.exr"));
+    EXPECT_TRUE(image.ok()) << image.status();
+    // Alone, the white sky has the value 1.
+    return image.ok() && std::ranges::any_of(image->values, [](float value) { return value < 0.99F; });
+  };
+  EXPECT_TRUE(shows_triangle({"--at", "0"}));
+  EXPECT_FALSE(shows_triangle({"--at", "2"}));
+  EXPECT_TRUE(shows_triangle({"--at", "2", "--animation", "stays"}));
+  EXPECT_TRUE(shows_triangle({"--animation", "leaves"})) << "its beginning";
+}
+
+TEST_F(CliTest, MomentsThatAFileLacksAreRefused) {
+  const std::string animated = write("a.gltf", moving_triangle()), cube = write("cube.obj", kCube);
+  const auto refusal = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> command{"check"};
+    command.insert(command.end(), options.begin(), options.end());
+    const CommandResult refused = lightmill(command);
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    return refused.err;
+  };
+  EXPECT_EQ(refusal({animated, "--animation", "run"}),
+            "lightmill: " + animated + ": there is no animation run. It has 2 animations: leaves, stays\n");
+  EXPECT_EQ(refusal({animated, "--at", "nan"}).substr(0, 56), "lightmill: --at: must be a number from 0 to 1000000000, ");
+  EXPECT_EQ(refusal({cube, "--at", "1"}),
+            "lightmill: --at and --animation apply only to glTF files, and " + cube + " is none\n");
 }
 
 }  // namespace

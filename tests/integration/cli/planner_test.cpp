@@ -129,7 +129,7 @@ TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
   }
 }
 
-TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
+TEST_F(FarmCliTest, AdaptiveJobsGiveNoisyTilesMoreSamplesReproducibly) {
   start_worker("w1");
   const auto render = [&](const std::vector<std::string>& more, const char* out) {
     std::vector<std::string> arguments{"render",   scene("course-default.json"),
@@ -190,12 +190,14 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   on_farm({"cancel", given_up});
   const std::string left = lightmill({"show", given_up, "--server", server()}).out;
   EXPECT_NE(left.find("path or caustic (it ended before a pilot chose)"), std::string::npos) << left;
-  constexpr auto kGrantDelay = std::chrono::seconds(3);
   for (int i = 0; i < 3; ++i) {
     const std::string name = fmt::format("short-lived-{}", i);
+    on_farm({"pause", id});
     FaultProxy line(server());
-    line.delay(Way::back, kGrantDelay, kGrantDelay);  // the worker is killed before its grant arrives
     start_worker(name, {}, line.address());
+    ASSERT_TRUE(server_said(name + " connected"));
+    line.stall(Way::back, true);  // the worker never gets its grant
+    on_farm({"resume", id});
     ASSERT_TRUE(server_said(fmt::format("worker {} compares path and caustic for job {}", name, id)));
     workers_.back()->send(SIGKILL);
     ASSERT_TRUE(workers_.back()->wait().has_value());

@@ -237,7 +237,7 @@ class SilentFarmTest : public FarmCliTest {
     Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
     ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
     server_->send(SIGSTOP);
-    ASSERT_TRUE(terminal.says("out of date: no answer for 3 s")) << terminal.said();
+    ASSERT_TRUE(terminal.says("out of date: no answer for ")) << terminal.said();
     for (const char key : keys) {
       terminal.type(key);
       std::this_thread::sleep_for(std::chrono::milliseconds(10));  // two at once may arrive as one signal
@@ -292,7 +292,7 @@ TEST_F(SilentFarmTest, TopResumesWhenTheFarmAnswersAgain) {
   Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
   ASSERT_TRUE(terminal.says("jobs     none")) << terminal.said();
   server_->send(SIGSTOP);
-  ASSERT_TRUE(terminal.says("no answer for 3 s")) << terminal.said();
+  ASSERT_TRUE(terminal.says("no answer for ")) << terminal.said();
   server_->send(SIGCONT);
   submit({scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8"});
   EXPECT_TRUE(terminal.says("jobs     1 queued")) << terminal.said();

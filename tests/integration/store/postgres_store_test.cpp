@@ -10,7 +10,7 @@
 #include "server/store/postgres/schema.h"
 #include "server/store/row_values.h"
 #include "tests/integration/store/postgres_fixture.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/asset_conformance.h"
 #include "tests/unit/store/store_conformance.h"
@@ -129,7 +129,7 @@ std::string literal_of(const Hash128& hash) {
   return "'\\x" + text + "'";
 }
 
-TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsUpgradedInPlace) {
+TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsMigratedAndKept) {
   const std::shared_ptr<const Node> node = small_node(0, 0, 1);
   std::string before;
   {
@@ -153,9 +153,13 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsUpgradedInPlace) {
     EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), before);
     EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat));
   }
+  // The way back: the old tables under their old name.
+  sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_7 RENAME TO lightmill");
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat7));
+  EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), before);
 }
 
-TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilThatIsAccepted) {
+TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilTheLossIsAccepted) {
   {
     const auto store = opened(options()).store;
     ASSERT_TRUE(store->load().ok());
@@ -177,7 +181,7 @@ TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilThatIsAccepted) {
   EXPECT_TRUE(open_postgres(options()).ok()) << "it was accepted once";
 }
 
-TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilThatIsAccepted) {
+TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilTheLossIsAccepted) {
   const TemporaryFolder folder;
   PostgresOptions recorded = options();
   recorded.chain = folder.path() / "postgres-chain";

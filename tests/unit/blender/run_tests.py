@@ -13,5 +13,5 @@ except ImportError:
     print("Blender's Python has no numpy (deploy/setup --blender)")
     sys.exit(77)
 
-tests = unittest.defaultTestLoader.loadTestsFromNames(["values_test", "shader_nodes_test", "scene_data_test"])
+tests = unittest.defaultTestLoader.discover(HERE, "*_test.py")
 sys.exit(0 if unittest.TextTestRunner().run(tests).wasSuccessful() else 1)

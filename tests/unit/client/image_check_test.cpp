@@ -7,7 +7,7 @@
 #include "common/image/exr.h"
 #include "common/image/png.h"
 #include "tests/support/image_files.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::cli {
 namespace {
@@ -34,7 +34,8 @@ std::string exr(const std::vector<float>& values) {
 
 Status check(LoadedScene& loaded) {
   const Signals signals;
-  return check_images({.program = test::program("lightmill-image-decoder")}, loaded, signals);
+  DecoderProcess decoder({.program = test::program("lightmill-image-decoder")});
+  return check_images(decoder, loaded, signals);
 }
 
 std::string problem(const std::string& name, const std::string& bytes, bool environment = false) {
@@ -113,9 +114,10 @@ TEST(ImageCheck, IgnoredPropertiesHaveNotices) {
 TEST(ImageCheck, AMissingDecoderIsReported) {
   LoadedScene none, one = scene_with("a.exr", exr({1}), false);
   const Signals signals;
-  EXPECT_TRUE(check_images({.program = "/nowhere"}, none, signals).ok());
-  const std::string message = message_of(check_images({.program = "/nowhere"}, one, signals));
-  EXPECT_TRUE(message.starts_with("place: a.exr: cannot decode images: cannot start /nowhere: ")) << message;
+  DecoderProcess decoder({.program = "/nowhere"});
+  EXPECT_TRUE(check_images(decoder, none, signals).ok());
+  const std::string message = message_of(check_images(decoder, one, signals));
+  EXPECT_TRUE(message.starts_with("place: a.exr: cannot start /nowhere: ")) << message;
 }
 
 }  // namespace

@@ -83,8 +83,8 @@ TEST(Experiment, MistakesAreNamed) {
   EXPECT_NE(error("}}", "}").find("parse error"), std::string::npos);
 }
 
-/// Results of one method whose error is c/samples and whose time is t·samples, at 1, 2, 4, … samples; seeds multiply
-/// the error by 1/2, 1 and 2.
+/// Results of one method at 1, 2, 4, … samples. Its error is c/samples and its time t·samples. Seeds multiply the error
+/// by 1/2, 1 and 2.
 std::vector<LabResult> ideal(const std::string& scene, const std::string& method, double c, double t, int levels) {
   std::vector<LabResult> results;
   for (int level = 0; level < levels; ++level) {

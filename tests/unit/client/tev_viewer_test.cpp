@@ -37,7 +37,7 @@ constexpr int kSmallBuffer = 64 << 10;
 const TevPauses kQuick{milliseconds(100), milliseconds(300), seconds(20)};
 const TevPauses kPatient{milliseconds(100), milliseconds(300), std::chrono::hours(1)};
 /// A wait this long counts as a wait for the whole hour.
-constexpr seconds kTimeLimit{60};
+constexpr seconds kTimeLimit = test::kPatience;
 
 /// All tiles of these rows, as the farm sends them for a job cropped at 100,200.
 v1::WatchJobResponse rows(int first, int last, float value) {
@@ -162,34 +162,43 @@ TEST_F(TevViewerTest, ASlowViewerGetsAllTilesWhileTheTopKeepsChanging) {
 }
 
 TEST_F(TevViewerTest, TheLastPictureIsSentWhileTheViewerReads) {
-  const TevListener listener(0, kSmallBuffer);
-  start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)});
-  viewer_->update(rows(0, kRows - 1, 1));
-  TevWindow window = listener.accept();
-  std::thread slow([&] {  // a hundredth of the picture at a time, for longer than a viewer may read nothing
-    while (window.read()) {
-      std::this_thread::sleep_for(milliseconds(25));
+  // The whole picture takes longer than a viewer may read nothing. A busy machine can stop the reader for that time.
+  // Then the test repeats with longer times.
+  bool sent = false;
+  std::size_t lines = 0;
+  for (int slower = 1; !sent && slower <= 16; slower *= 2) {
+    const TevListener listener(0, kSmallBuffer);
+    start(listener.port(), {milliseconds(100), milliseconds(100), slower * seconds(2)});
+    viewer_->update(rows(0, kRows - 1, 1));
+    TevWindow window = listener.accept();
+    std::thread slow([&] {  // a hundredth of the picture at a time
+      while (window.read()) {
+        std::this_thread::sleep_for(slower * milliseconds(25));
+      }
+    });
+    sent = viewer_->finish();
+    slow.join();
+    if (sent) {
+      EXPECT_TRUE(shows(window, 0, kRows - 1, 1));
+      EXPECT_FALSE(window.amid_a_packet());
     }
-  });
-  EXPECT_TRUE(viewer_->finish());
-  slow.join();
-  EXPECT_TRUE(shows(window, 0, kRows - 1, 1));
-  EXPECT_FALSE(window.amid_a_packet());
-  EXPECT_TRUE(said().empty());
+    const std::size_t before = std::exchange(lines, said().size());
+    EXPECT_EQ(lines == before, sent);
+  }
+  EXPECT_TRUE(sent);
 }
 
 TEST_F(TevViewerTest, AViewerThatReadsNothingAtTheEndTimesOut) {
   const TevListener listener(0, kSmallBuffer);
-  // Long enough that a busy machine finishes before the viewer times out and connects again.
   start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)});
   const TevWindow window = listener.accept();
   const v1::WatchJobResponse picture = rows(0, kRows - 1, 1);
   viewer_->update(picture);  // the viewer reads nothing from here on
   EXPECT_FALSE(viewer_->finish());
   const std::vector<std::string> said = this->said();
-  ASSERT_EQ(said.size(), 1u);
-  EXPECT_NE(said[0].find("is incomplete"), std::string::npos) << said[0];
-  EXPECT_NE(said[0].find("has accepted no data for 2.0 s"), std::string::npos) << said[0];
+  ASSERT_FALSE(said.empty());  // on a busy machine the viewer may time out once before, and connect again
+  EXPECT_NE(said.back().find("is incomplete"), std::string::npos) << said.back();
+  EXPECT_NE(said.back().find("has accepted no data for 2.0 s"), std::string::npos) << said.back();
 }
 
 /// Waits until the connection at this port is full, because its viewer reads nothing. The kernel takes the last bytes
@@ -264,7 +273,7 @@ class DeafPort {
   DeafPort& operator=(const DeafPort&) = delete;
   std::uint16_t port() const { return listener_.port(); }
   /// Refuses the connections that wait.
-  void hang_up() const { listener_.stop(); }
+  void refuse_all() const { listener_.stop(); }
   /// Ports of the connections that wait for an answer now.
   std::set<unsigned> knocking() const {
     std::set<unsigned> ports;
@@ -302,7 +311,7 @@ TEST_F(TevViewerTest, DestructionDoesNotWaitForAnAnswer) {
   ASSERT_TRUE(eventually([&] { return deaf.knocking().size() > others; }));
   const std::future<void> ended = ending();
   EXPECT_TRUE(is_ready(ended));
-  deaf.hang_up();
+  deaf.refuse_all();
   ended.wait();
   EXPECT_TRUE(said().empty());
 }
@@ -351,8 +360,8 @@ TEST_F(TevViewerTest, AnUnknownHostIsReported) {
   viewer_.emplace(HostPort{"viewer.invalid", 14158}, 7, console_, kQuick);
   EXPECT_FALSE(viewer_->finish());
   const std::vector<std::string> said = this->said();
-  ASSERT_EQ(said.size(), 1u);
-  EXPECT_NE(said[0].find("viewer.invalid:14158"), std::string::npos) << said[0];
+  ASSERT_FALSE(said.empty());  // it may have tried once before the end
+  EXPECT_NE(said.back().find("viewer.invalid:14158"), std::string::npos) << said.back();
 }
 
 }  // namespace

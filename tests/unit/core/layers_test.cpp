@@ -1,7 +1,7 @@
 // Layers that methods write into a film.
 #include <gtest/gtest.h>
 
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {

@@ -1,12 +1,12 @@
 // The merge map, compared with a search through all photons.
-#include "common/methods/photons/merge_map.h"
+#include "common/methods/vcm/merge_map.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace lightmill::photons {
+namespace lightmill::vcm {
 namespace {
 
 constexpr Vec3 kEye{3, -2, 1};
@@ -26,7 +26,7 @@ class Points {
   std::mt19937 engine_;
 };
 
-std::vector<std::uint32_t> tried_all(const std::vector<Photon>& photons, const Vec3& p, float radius) {
+std::vector<std::uint32_t> tried_all(const std::vector<photons::Photon>& photons, const Vec3& p, float radius) {
   std::vector<std::uint32_t> near;
   for (std::uint32_t i = 0; i < photons.size(); ++i) {
     const Vec3 d = photons[i].point - p;
@@ -45,7 +45,7 @@ struct Found {
 Found compare(const MergeRadii& radii, std::uint32_t seed) {
   constexpr int kPhotons = 3000, kSearches = 2000;
   Points points(seed);
-  std::vector<Photon> photons(kPhotons);
+  std::vector<photons::Photon> photons(kPhotons);
   for (std::size_t i = 0; i < kPhotons; ++i) {
     const Vec3 middle = i % 2 == 0 ? points.anywhere() : photons[i - 1].point;
     photons[i].point = i % 2 == 0 ? middle : middle + points.direction() * (2 * points.number() * radii.at(middle));
@@ -91,8 +91,8 @@ TEST(MergeMap, MatchesBruteForceWithOneRadius) {
 
 TEST(MergeMap, StoresAPhotonTwiceAtMost) {
   Points points(4);
-  std::vector<Photon> photons(1 << 14);
-  for (Photon& photon : photons) {
+  std::vector<photons::Photon> photons(1 << 14);
+  for (photons::Photon& photon : photons) {
     photon.point = points.anywhere();
   }
   for (const float per_length : {0.001f, 0.2f, 0.5f, 0.9f, 2.0f}) {
@@ -109,4 +109,4 @@ TEST(MergeMap, FindsNothingWithoutPhotons) {
 }
 
 }  // namespace
-}  // namespace lightmill::photons
+}  // namespace lightmill::vcm

@@ -5,7 +5,7 @@
 
 #include "common/methods/fingerprint.h"
 #include "common/methods/spec/method_spec.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {

@@ -320,7 +320,7 @@ TEST(BumpMap, SkewCoordinatesGiveTheSameSurface) {
   expect_direction(bent.normal(x, y), Vec3d(0, 0, 1) - 0.2 * Vec3d(g.x + 0.3 * g.y, 0.5 * g.x - g.y, 0), 3e-4);
 }
 
-TEST(BumpMap, TangentsOfTheMeshDoNotCount) {
+TEST(BumpMap, TangentsOfTheMeshAreIgnored) {
   Bent bent = waves(0.2);
   bent.mesh.tangents.assign(4, {0, 1, 0, -1});
   expect_direction(bent.normal(0.3, 0.6), Vec3d(0, 0, 1) - 0.2 * wave_gradient(0.3, 0.6), 3e-4);

@@ -40,7 +40,7 @@ TEST(PhotonMapMethod, CountsEachPhotonOnAFloorOnce) {
   const HalfImages image = scene.render({"photon-map:photons=100000", 1, 1}, 1);
   double largest = 0;
   for (std::size_t i = 0; i < image.a.size(); ++i) {
-    EXPECT_NEAR(image.mean(i), std::round(image.mean(i)), 1e-3) << "each dot is 1";
+    EXPECT_NEAR(image.mean(i), std::round(image.mean(i)), 1e-3) << "each photon is 1";
     largest = std::max(largest, image.mean(i));
   }
   EXPECT_LT(largest, 200);

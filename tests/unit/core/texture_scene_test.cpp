@@ -347,7 +347,7 @@ TEST(TextureScene, MistakesAreNamed) {
     return loaded.ok() ? std::string() : message_of(loaded.status());
   };
   EXPECT_TRUE(names(error(kNearest, R"({"texture": "u"})"), "unknown texture \"u\""));
-  EXPECT_TRUE(names(error("", R"({"texture": "t"})"), "there are none"));
+  EXPECT_TRUE(names(error("", R"({"texture": "t"})"), "there are no textures"));
   EXPECT_TRUE(names(error(R"({"name": "t", "file": "nowhere.png"})", R"({"texture": "t"})"), "textures[0].file"));
   EXPECT_TRUE(names(error(kNearest + "," + kNearest, R"({"texture": "t"})"), "names an earlier texture"));
 }

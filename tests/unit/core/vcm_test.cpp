@@ -2,9 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "common/methods/factories.h"
-#include "common/methods/photons/photon_passes.h"
+#include "common/methods/photons/gather_pass.h"
+#include "common/methods/vcm/light_path_pass.h"
 #include "tests/analytic/scene_text.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -18,10 +19,8 @@ TestScene closed_room(double albedo, int film_side) {
                R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"));
 }
 
-photons::PhotonPasses passes_of(const TestScene& scene, std::uint64_t seed, std::uint32_t light_paths = 0) {
-  return photons::PhotonPasses(
-      *scene.compiled(),
-      {.seed = seed, .max_bounces = kMaxBounces, .photons = light_paths, .kind = photons::PhotonKind::light_path});
+vcm::LightPathPasses passes_of(const TestScene& scene, std::uint64_t seed, std::uint32_t light_paths = 0) {
+  return vcm::LightPathPasses(*scene.compiled(), {vcm::kLightPaths, seed, kMaxBounces, light_paths});
 }
 
 TEST(VcmMemory, TracingConnectionsInPiecesDoesNotChangeBits) {
@@ -58,13 +57,13 @@ TEST(VcmMemory, APassInAClosedRoomNearlyFillsTheVertexLimit) {
     RenderCounters counters;
     const auto pass = passes_of(scene, 7).trace(0, counters);
     const Vertices of_path = vertices_of(albedo);
-    EXPECT_LE(pass->emitted * of_path.mean, photons::kMostStored) << albedo;
-    EXPECT_GE(pass->emitted * of_path.mean, 0.75 * photons::kMostStored) << albedo;
-    EXPECT_NEAR(static_cast<double>(pass->photons.size()), pass->emitted * of_path.mean,
-                5 * std::sqrt(of_path.variance * pass->emitted) + 1)
+    EXPECT_LE(pass->plan.photons * of_path.mean, photons::kMostStored) << albedo;
+    EXPECT_GE(pass->plan.photons * of_path.mean, 0.75 * photons::kMostStored) << albedo;
+    EXPECT_NEAR(static_cast<double>(pass->photons.size()), pass->plan.photons * of_path.mean,
+                5 * std::sqrt(of_path.variance * pass->plan.photons) + 1)
         << albedo;
     EXPECT_LT(pass->bytes(), 160u << 20) << albedo;
-    EXPECT_EQ(pass->path_first.size(), pass->emitted + 1u) << "one for each path, and the end";
+    EXPECT_EQ(pass->path_first.size(), pass->plan.photons + 1u) << "one for each path, and the end";
   }
 }
 
@@ -73,9 +72,8 @@ TEST(PhotonMemory, APassInAClosedRoomStaysWithinThePhotonLimit) {
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
-    const photons::PhotonPasses side(*scene.compiled(),
-                                     {.seed = 7, .max_bounces = kMaxBounces, .kind = photons::PhotonKind::global});
-    EXPECT_LT(side.photons(), photons::default_photons(*scene.compiled(), photons::PhotonKind::global));
+    const photons::GatherPasses side(*scene.compiled(), {photons::kGlobalPhotons, 7, kMaxBounces});
+    EXPECT_LT(side.photons(), photons::default_photons(*scene.compiled(), photons::kGlobalPhotons));
     const auto pass = side.trace(0, counters);
     const Vertices of_path = vertices_of(albedo);
     EXPECT_LE(side.photons() * of_path.mean, photons::kMostStored) << albedo;
@@ -104,14 +102,14 @@ TEST(VcmMemory, FewerPathsCarryAllLight) {
   const TestScene scene = closed_room(kAlbedo, 512);
   RenderCounters counters;
   const auto pass = passes_of(scene, 7).trace(0, counters);
-  ASSERT_LT(pass->emitted, 1u << 16) << "else they are not fewer";
+  ASSERT_LT(pass->plan.photons, 1u << 16) << "else they are not fewer";
   std::map<std::uint32_t, double> power;  // by scatterings
   for (const photons::Photon& photon : pass->photons) {
     power[photon.tag & photons::kMostScatterings] += photon.power.x;
   }
   for (const std::uint32_t k : {1u, 2u, 5u, 20u, 50u}) {
     const double left = std::pow(kAlbedo, k - 1);  // roulette keeps a path with this probability, at full power
-    const double relative_error = std::sqrt((1 - left) / (left * pass->emitted));
+    const double relative_error = std::sqrt((1 - left) / (left * pass->plan.photons));
     EXPECT_NEAR(power[k], kPower * left, (5 * relative_error + 1e-4) * kPower * left) << k;
   }
 }

@@ -16,11 +16,11 @@ float lane(F8 value) {
   return lanes[0];
 }
 
-/// A path from a light over surfaces 1 … k to the camera. All densities of its strategies are drawn at random.
+/// A path from a light via surfaces 1 … k to the camera. All densities of its strategies are drawn at random.
 struct RandomPath {
   struct Vertex {
-    double to_light_cosine, to_eye_cosine;  ///< of the directions to its neighbours
-    double to_light_pdf, to_eye_pdf;        ///< of drawing the direction when coming from the other neighbour
+    double to_light_cosine, to_camera_cosine;  ///< of the directions to its neighbours
+    double to_light_pdf, to_camera_pdf;        ///< of drawing the direction when coming from the other neighbour
     double merging;
     bool delta;
   };
@@ -42,7 +42,7 @@ struct RandomPath {
     for (int i = 0; i < length; ++i) {
       Vertex v{0.05 + 0.95 * number(), 0.05 + 0.95 * number(), density(), density(), density(), engine() % 4 == 0};
       if (v.delta) {
-        v.to_eye_pdf = v.to_light_pdf;
+        v.to_camera_pdf = v.to_light_pdf;
       }
       surface.push_back(v);
       distance2.push_back(density());
@@ -66,7 +66,7 @@ std::vector<Strategy> strategies(const RandomPath& path) {
   const auto f = [](double x) { return F8(static_cast<float>(x)); };
   const std::size_t k = path.surface.size();
   // Densities by area of reaching each vertex from either end, and the recursion's partial sums there.
-  std::vector<double> from_light(k), from_eye(k);
+  std::vector<double> from_light(k), from_camera(k);
   std::vector<Partial8> light(k), camera(k);
   Partial8 camera_on_way{F8(0.0f), F8(0.0f)};
   for (std::size_t i = 0; i < k; ++i) {
@@ -78,25 +78,25 @@ std::vector<Strategy> strategies(const RandomPath& path) {
       continue;
     }
     const auto& before = path.surface[i - 1];
-    from_light[i] = from_light[i - 1] * before.to_eye_pdf * per_area;
-    const Partial8 out = before.delta ? scatter_delta(light[i - 1], f(before.to_eye_cosine))
-                                      : scatter(light[i - 1], f(before.merging), f(before.to_eye_cosine),
-                                                f(before.to_eye_pdf), f(before.to_light_pdf));
+    from_light[i] = from_light[i - 1] * before.to_camera_pdf * per_area;
+    const Partial8 out = before.delta ? scatter_delta(light[i - 1], f(before.to_camera_cosine))
+                                      : scatter(light[i - 1], f(before.merging), f(before.to_camera_cosine),
+                                                f(before.to_camera_pdf), f(before.to_light_pdf));
     light[i] = arrive(out, f(path.distance2[i]), f(here.to_light_cosine));
   }
   for (std::size_t i = k; i-- > 0;) {
     const auto& here = path.surface[i];
-    const double per_area = here.to_eye_cosine / path.distance2[i + 1];
+    const double per_area = here.to_camera_cosine / path.distance2[i + 1];
     if (i + 1 == k) {
-      from_eye[i] = path.film_pdf * per_area;
+      from_camera[i] = path.film_pdf * per_area;
       camera_on_way = camera_start(f(path.film_pdf), static_cast<float>(RandomPath::kLightPaths));
     } else {
-      from_eye[i] = from_eye[i + 1] * path.surface[i + 1].to_light_pdf * per_area;
+      from_camera[i] = from_camera[i + 1] * path.surface[i + 1].to_light_pdf * per_area;
     }
-    camera[i] = arrive(camera_on_way, f(path.distance2[i + 1]), f(here.to_eye_cosine));
+    camera[i] = arrive(camera_on_way, f(path.distance2[i + 1]), f(here.to_camera_cosine));
     camera_on_way = here.delta ? scatter_delta(camera[i], f(here.to_light_cosine))
                                : scatter(camera[i], f(here.merging), f(here.to_light_cosine), f(here.to_light_pdf),
-                                         f(here.to_eye_pdf));
+                                         f(here.to_camera_pdf));
   }
 
   std::vector<Strategy> all;
@@ -105,30 +105,31 @@ std::vector<Strategy> strategies(const RandomPath& path) {
   const auto& last = path.surface.back();
   const double at_light = path.light_cosine / path.distance2[0];
   if (!path.delta_light) {
-    add(from_eye[0] * first.to_light_pdf * at_light, found_light(camera_on_way, path.light()));
+    add(from_camera[0] * first.to_light_pdf * at_light, found_light(camera_on_way, path.light()));
   }
   if (!first.delta) {
-    add(from_eye[0] * path.drawn * at_light, sampled_light(camera[0], f(first.merging), f(first.to_light_cosine),
-                                                           f(first.to_light_pdf), f(first.to_eye_pdf), path.light()));
+    add(from_camera[0] * path.drawn * at_light,
+        sampled_light(camera[0], f(first.merging), f(first.to_light_cosine), f(first.to_light_pdf),
+                      f(first.to_camera_pdf), path.light()));
   }
   for (std::size_t i = 0; i < k; ++i) {
     const auto& here = path.surface[i];
     if (!here.delta) {
-      add(from_light[i] * from_eye[i] * here.merging,
-          merged(camera[i], light[i], f(here.merging), f(here.to_light_pdf), f(here.to_eye_pdf)));
+      add(from_light[i] * from_camera[i] * here.merging,
+          merged(camera[i], light[i], f(here.merging), f(here.to_light_pdf), f(here.to_camera_pdf)));
     }
     if (i + 1 < k && !here.delta && !path.surface[i + 1].delta) {
       const auto& next = path.surface[i + 1];
-      add(from_light[i] * from_eye[i + 1],
-          connected(behind(camera[i + 1], f(next.merging), f(next.to_eye_pdf)), f(next.to_light_pdf),
+      add(from_light[i] * from_camera[i + 1],
+          connected(behind(camera[i + 1], f(next.merging), f(next.to_camera_pdf)), f(next.to_light_pdf),
                     f(next.to_light_cosine), behind(light[i], f(here.merging), f(here.to_light_pdf)),
-                    f(here.to_eye_pdf), f(here.to_eye_cosine), f(path.distance2[i + 1])));
+                    f(here.to_camera_pdf), f(here.to_camera_cosine), f(path.distance2[i + 1])));
     }
   }
   if (!last.delta) {
     add(RandomPath::kLightPaths * from_light[k - 1],
         splatted(behind(light[k - 1], f(last.merging), f(last.to_light_pdf)),
-                 f(path.film_pdf * last.to_eye_cosine / path.distance2[k]),
+                 f(path.film_pdf * last.to_camera_cosine / path.distance2[k]),
                  static_cast<float>(RandomPath::kLightPaths)));
   }
   return all;

@@ -151,7 +151,7 @@ TEST_F(ConfinedChild, TheErrorStatesHowItEnded) {
   EXPECT_EQ(text_of([] { ::_exit(3); }),
             "its decoder ends without an answer (exit code 3); save the image again, or in another format");
   EXPECT_EQ(text_of([] { throw std::length_error("too long"); }),
-            "the image cannot be decoded: too long; save it again");
+            "the image cannot be decoded: too long; save the image again");
   if (!kSanitized) {  // they catch it
     EXPECT_EQ(text_of([] { *reinterpret_cast<volatile int*>(16) = 1; }),
               "its decoder crashes (signal 11, Segmentation fault); save the image again, or in another format");

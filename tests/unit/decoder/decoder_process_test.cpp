@@ -1,4 +1,4 @@
-// The image decoder as programs use it: the real process, real files of every format, and its failures.
+// The decoder as programs use it: the real process, real files of every format, and its failures.
 #include "common/image/decoder/decoder_process.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,9 @@
 #include "common/image/png.h"
 #include "common/image/read/image_format.h"
 #include "decoder/fingerprint.h"
+#include "tests/support/draco_file.h"
 #include "tests/support/image_files.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/process.h"
 #include "tests/support/read_image.h"
 #include "tests/support/temporary_folder.h"
@@ -182,10 +183,9 @@ TEST(DecoderProcess, AMissingDecoderIsReported) {
   DecoderProcess decoder({.program = "/nowhere/lightmill-image-decoder"});
   const Status status = decoder.decode(as_byte_view(small_png()), "small.png").status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
-  EXPECT_EQ(
-      message_of(status),
-      "small.png: cannot decode images: cannot start /nowhere/lightmill-image-decoder: No such file or directory; "
-      "install it beside this program");
+  EXPECT_EQ(message_of(status),
+            "small.png: cannot start /nowhere/lightmill-image-decoder: No such file or directory; "
+            "install it beside this program");
   DecoderProcess wrong({.program = "/bin/false"});
   EXPECT_EQ(
       message_of(wrong.decode(as_byte_view(small_png()), "small.png").status()),
@@ -281,18 +281,29 @@ TEST(DecoderProcess, DecodesWhereOnlyPrctlInstallsFilters) {
             "decoded");
 }
 
-TEST(DecoderProcess, RefusesImagesWithoutSeccompUnlessAllowed) {
+std::string mesh_decoded_or_why(const DecoderOptions& options) {
+  DecoderProcess decoder(options);
+  const DracoSource grid = draco_grid(3);
+  const std::string file = draco_file(grid, DracoMethod::edgebreaker);
+  const Status status = decoder.decode_mesh(as_byte_view(file), request_for(grid)).status();
+  return status.ok() ? "decoded" : message_of(status);
+}
+
+TEST(DecoderProcess, RefusesImagesAndMeshesWithoutSeccompUnlessAllowed) {
+  const std::string refusal =
+      "the kernel refuses the sandbox (seccomp): Operation not permitted; allow seccomp, or trust the senders of scenes "
+      "and give --unsandboxed-images\ndecoded\n";
   EXPECT_EQ(said_by_child([] {
               refuse_seccomp();
               DecoderOptions trusting = built();
               trusting.unsandboxed = true;
-              return decoded_or_why(built()) + "\n" + decoded_or_why(trusting);
+              return fmt::format("{}\n{}\n{}\n{}\n", decoded_or_why(built()), decoded_or_why(trusting),
+                                 mesh_decoded_or_why(built()), mesh_decoded_or_why(trusting));
             }),
-            "small.png: the kernel refuses the sandbox (seccomp): Operation not permitted; allow seccomp, or trust "
-            "the senders of scenes and give --unsandboxed-images\ndecoded");
+            "small.png: " + refusal + refusal);
 }
 
-TEST(DecoderProcess, ItsFingerprintIsOfItsLibrariesAndPixels) {
+TEST(DecoderProcess, ItsFingerprintIsOfItsLibrariesPixelsAndMeshes) {
   const Result<std::string> fingerprint = fingerprint_of_decoder(program("lightmill-image-decoder"), system_clock());
   ASSERT_TRUE(fingerprint.ok()) << fingerprint.status();
   EXPECT_EQ(fingerprint->size(), 16u);

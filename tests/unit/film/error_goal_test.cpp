@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/film/sample_range.h"
 
 namespace lightmill {
@@ -39,6 +41,7 @@ TEST(ErrorGoal, IsExpectedWhereErrorsFallAsOneOverSamples) {
   EXPECT_EQ(expected_error_count({0.03, 0.0101, true}, 24, 0.01), 128u);
   EXPECT_EQ(expected_error_count({0.001, 0, true}, 24, 0.01), kFirstErrorCount);
   EXPECT_EQ(expected_error_count({1e30, 0, true}, 24, 1e-30), 2 * kMaxSamples);
+  EXPECT_EQ(expected_error_count({std::nan(""), 0, true}, 24, 0.01), 2 * kMaxSamples);
 }
 
 }  // namespace

@@ -118,9 +118,9 @@ std::vector<std::vector<double>> inverse(std::vector<std::vector<double>> a) {
   return out;
 }
 
-/// Rows of the linear operator that the reconstruction is when all weights are 1: ridge regression in windows of 15×15
-/// pixels around every second pixel, and the mean of what the windows predict, with 0.3 of the pixel itself. It counts
-/// both halves, as each of them has a model in each window.
+/// Rows of the linear operator that the reconstruction becomes when all weights are 1. It is ridge regression in
+/// windows of 15×15 pixels around every second pixel. The result is the mean of the windows' predictions, with 0.3 of
+/// the pixel itself. The operator counts both halves, as each of them has a model in each window.
 std::vector<std::vector<double>> regression_operator(const TestFilm& film) {
   const auto width = static_cast<std::size_t>(film.width);
   std::vector<std::vector<double>> rows(film.pixels, std::vector<double>(film.pixels));

@@ -83,8 +83,9 @@ TEST(IesProfile, ACircleWithoutItsLastAngleIsClosed) {
     EXPECT_EQ(open.candela, closed.candela);
     EXPECT_TRUE(closed.notices.empty());
     ASSERT_EQ(open.notices.size(), 1u);
-    EXPECT_EQ(open.notices[0], fmt::format("the horizontal angles end at {:.4g}: at 360 are the values of 0",
-                                           (count - 1) * 360.0 / count));
+    EXPECT_EQ(open.notices[0],
+              fmt::format("the horizontal angles end at {:.4g}: the values of angle 0 are repeated at 360",
+                          (count - 1) * 360.0 / count));
     // Halfway between the last angle and 0.
     EXPECT_NEAR(open.at(0, 360 - 180.0 / count), (count + 1) / 2.0, 0.01 * count);
   }
@@ -157,7 +158,7 @@ TEST(IesProfile, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(error_of(""), "lamp.ies:1: there is no line TILT=; is this an IES file?");
   EXPECT_EQ(error_of("hello\nworld\n"), "lamp.ies:2: there is no line TILT=; is this an IES file?");
   EXPECT_EQ(error_of("IESNA91\nTILT=NONE\n1 1000 1 2"),
-            "lamp.ies:3: the number of horizontal angles is expected, the file ends");
+            "lamp.ies:3: the number of horizontal angles is expected, but the file ends");
   EXPECT_EQ(error_of(file("0 x", 2, "0", 1, "1 2")), "lamp.ies:7: vertical angle is expected, got \"x\"");
   EXPECT_EQ(error_of(file("0 190", 2, "0", 1, "1 2")), "lamp.ies:7: vertical angle must be in [0, 180], got 190");
   EXPECT_EQ(error_of(file("90 0", 2, "0", 1, "1 2")), "lamp.ies:7: vertical angles must ascend, got 0 after 90");
@@ -188,7 +189,7 @@ TEST(IesProfile, SizeIsLimitedWithTheSymmetries) {
       "4194304 values");
   // One vertical angle less would be accepted if there were values.
   const std::string fewer = angles.substr(0, angles.rfind(' '));
-  EXPECT_EQ(error_of(file(fewer, 1024, "0 90", 2, "")), "lamp.ies:10: a candela value is expected, the file ends");
+  EXPECT_EQ(error_of(file(fewer, 1024, "0 90", 2, "")), "lamp.ies:10: a candela value is expected, but the file ends");
 }
 
 /// Intensity (1 W/sr for each candela) that a light with the profile sends towards a direction.

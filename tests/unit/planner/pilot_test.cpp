@@ -6,7 +6,7 @@
 
 #include "common/planner/counted_cost.h"
 #include "common/planner/emitter_radiance.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/scene_io/gltf/gltf.h"
 #include "common/scene_io/gltf/gltf_mesh.h"
 #include "tests/unit/scene_io/gltf_fixture.h"
 
@@ -55,6 +56,27 @@ std::string bad_primitive(const GltfBuffer& buffer, const std::string& json) {
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 const std::vector<float> kSquarePositions{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 2};
+
+TEST(Gltf, ReadingsOfSharedBytesAreLimited) {
+  const auto read_times = [](int count) {
+    GltfBuffer buffer;  // of 36 bytes, which may be read 8 times
+    buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+    std::string primitives;
+    for (int i = 0; i < count; ++i) {
+      primitives += fmt::format(R"({}{{"attributes":{{"POSITION":0}}}})", i == 0 ? "" : ",");
+    }
+    const std::string text = gltf(
+        fmt::format(R"({},"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{}]}}])", buffer.embedded(), primitives));
+    return read_gltf(text, "a.gltf", {.most_shared_bytes = 0}, no_files);
+  };
+  EXPECT_TRUE(read_times(8).ok()) << read_times(8).status();
+  const std::string error = test::error_message(read_times(9));
+  EXPECT_EQ(
+      error.find("a.gltf: meshes[0].primitives[8].attributes.POSITION: the file's accessors share bytes, and would "
+                 "read more than "),
+      0u)
+      << error;
+}
 
 TEST(Gltf, BuffersComeFromAnywhere) {
   GltfBuffer buffer;
@@ -293,7 +315,7 @@ TEST(Gltf, MeshOmissionsAreReportedOnce) {
                          "left out: morph targets of other attributes than positions, normals and tangents"}));
 }
 
-TEST(Gltf, OddTrianglesAreSkippedAndNamed) {
+TEST(Gltf, WrongTrianglesAreSkippedAndNamed) {
   GltfBuffer b;
   b.positions(kSquarePositions);
   const int more = b.indices({0, 1, 2, 0, 5, 3, 9, 9, 9, 0, 2, 3, 1});

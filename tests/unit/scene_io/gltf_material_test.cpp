@@ -391,7 +391,7 @@ TEST(GltfScene, TexturesWrapByTheModeOfEachAxis) {
   }
 }
 
-TEST(GltfScene, WrongValuesOfMaterialsDoNotCount) {
+TEST(GltfScene, WrongValuesOfMaterialsAreIgnored) {
   const auto of = [](const std::string& members, LoadedScene& loaded) {
     loaded = good(OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)"));
     const std::vector<std::string> faults = loaded.faults.notices();
@@ -400,20 +400,19 @@ TEST(GltfScene, WrongValuesOfMaterialsDoNotCount) {
   };
   LoadedScene loaded;
   const std::string base = R"("pbrMetallicRoughness":{"roughnessFactor":0.25,)";
-  EXPECT_EQ(
-      of(base + R"("metallicFactor":2})", loaded),
-      "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2; it does "
-      "not count");
+  EXPECT_EQ(of(base + R"("metallicFactor":2})", loaded),
+            "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2; it is "
+            "ignored");
   const auto& kind = std::get<PrincipledMaterial>(loaded.scene.materials[0].kind);
   EXPECT_EQ(kind.metallic, 1);  // the default of glTF
   EXPECT_EQ(kind.roughness, 0.25);
   EXPECT_EQ(of(R"("emissiveFactor":[1,1])", loaded),
-            "a.gltf: materials[0].emissiveFactor: a list of 3 is expected, got a list of 2; it does not count");
+            "a.gltf: materials[0].emissiveFactor: a list of 3 is expected, got a list of 2; it is ignored");
   EXPECT_EQ(loaded.scene.materials[0].emission, TexturedColor{});
   EXPECT_EQ(
       of(base + R"("baseColorTexture":{"index":0}})", loaded),
       "a.gltf: materials[0].pbrMetallicRoughness.baseColorTexture.index: an index into the 0 textures is expected, "
-      "got 0; it does not count");
+      "got 0; it is ignored");
 }
 
 // Downloaded models often come without their images.
@@ -443,7 +442,7 @@ TEST(GltfScene, ImageMistakesAreNamed) {
          "a.gltf: textures[0].sampler: an index into the 0 samplers is expected, got \"x\""}}) {
     const LoadedScene loaded = good(
         OneTriangle().text(fmt::format("{},\"textures\":[{}],{}", kOneNode, texture, textured), R"(,"material":0)"));
-    EXPECT_EQ(loaded.faults.notices().at(0), std::string(fault) + "; it does not count");
+    EXPECT_EQ(loaded.faults.notices().at(0), std::string(fault) + "; it is ignored");
     EXPECT_TRUE(loaded.scene.textures.empty());
   }
 }

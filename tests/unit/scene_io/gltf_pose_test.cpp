@@ -193,7 +193,8 @@ TEST(GltfMorphTargets, CountTheWorkOfAllMeshes) {
   Notices notices(texts);
   std::uint64_t deformed = 0;
   EXPECT_TRUE(read_primitive(**data, primitive, pose, std::nullopt, false, deformed, notices).has_value());
-  EXPECT_EQ(deformed, (3 + 1) * 2 + 1u);  // three vertices and a triangle, by two arrays, and a target
+  // Three vertices and a triangle, by two arrays; a target; two attributes.
+  EXPECT_EQ(deformed, (3 + 1) * 2 + 1u + 2u);
   deformed = kMostDeformed - 8;
   EXPECT_FALSE(read_primitive(**data, primitive, pose, std::nullopt, false, deformed, notices).has_value());
   EXPECT_EQ(message_of((*data)->status()),

@@ -44,7 +44,7 @@ std::string nth_name(int i) {
   return fmt::format("m{:06}", i);
 }
 
-TEST_F(LoadMany, AnObjFileSearchesNoListOfMaterials) {
+TEST_F(LoadMany, AnObjFileFindsMaterialsWithoutAListSearch) {
   write("a.png", "an image");
   const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
     std::string mtl, obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -61,7 +61,7 @@ TEST_F(LoadMany, AnObjFileSearchesNoListOfMaterials) {
   EXPECT_EQ(loaded.scene.materials[loaded.scene.objects[0].material].name, nth_name(2 * test::kManyNames - 1));
 }
 
-TEST_F(LoadMany, FaultsSearchNoList) {
+TEST_F(LoadMany, FaultsAreCountedWithoutAListSearch) {
   const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
     std::string mtl = "newmtl known\n", obj = "mtllib A.MTL\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     for (int i = 0; i < count; ++i) {
@@ -75,7 +75,7 @@ TEST_F(LoadMany, FaultsSearchNoList) {
   EXPECT_LE(loaded.faults.notices().size(), Faults::kMostKinds + 1);
 }
 
-TEST_F(LoadMany, ADocumentSearchesNoListOfMaterials) {
+TEST_F(LoadMany, ADocumentFindsMaterialsWithoutAListSearch) {
   const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
     std::string materials, obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (int i = 0; i < count; ++i) {
@@ -91,7 +91,7 @@ TEST_F(LoadMany, ADocumentSearchesNoListOfMaterials) {
   EXPECT_EQ(loaded.scene.objects[1].material, 2 * many_ - 2);
 }
 
-TEST_F(LoadMany, AGltfFileSearchesNoListOfEqualNames) {
+TEST_F(LoadMany, AGltfFileNumbersEqualNamesWithoutAListSearch) {
   const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
     test::GltfBuffer buffer;
     buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});

@@ -2,7 +2,7 @@
 #include <numbers>
 
 #include "common/scene_io/scene_light.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/unit/scene_io/gltf_fixture.h"
 #include "tests/unit/scene_io/load_fixture.h"
 
@@ -100,8 +100,8 @@ std::string square(double side, double z, bool turned, int first) {
                         : fmt::format("f {} {} {} {}\n", first, first + 1, first + 2, first + 3));
 }
 
-/// A glowing square of side 0.1, and at distance 1 a small white one.
-class GlowingSquare : public MissingParts {
+/// An emissive square of side 0.1, and at distance 1 a small white one.
+class EmissiveSquare : public MissingParts {
  protected:
   struct Case {
     double radiance = 1;
@@ -124,14 +124,14 @@ class GlowingSquare : public MissingParts {
 
 // A small surface of area A and radiance L gives the irradiance L A / d² at distance d on its axis. Under a white sky it
 // is π. So A = 0.01 and d = 1 give 1 % of that at L = π.
-TEST_F(GlowingSquare, LightsFromOnePercentOfTheSkysIrradianceOn) {
+TEST_F(EmissiveSquare, LightsFromOnePercentOfTheSkysIrradianceOn) {
   for (const double scale : {1.0, 1e4, 1e-4}) {
     EXPECT_FALSE(lights({.radiance = 0.97 * std::numbers::pi, .scale = scale})) << scale;
     EXPECT_TRUE(lights({.radiance = 1.03 * std::numbers::pi, .scale = scale})) << scale;
   }
 }
 
-TEST_F(GlowingSquare, LightsOnlyWhatItsLightCanReach) {
+TEST_F(EmissiveSquare, LightsOnlyWhatItsLightCanReach) {
   EXPECT_TRUE(lights({.radiance = 10, .other_faces_away = true}));  // a wall whose normals point outwards
   EXPECT_FALSE(lights({.radiance = 1e6, .faces_away = true}));
   EXPECT_TRUE(lights({.radiance = 10, .faces_away = true, .two_sided = true}));
@@ -147,7 +147,7 @@ TEST_F(MissingParts, LabelsOnABodyDoNotReplaceTheSky) {
       "v 1 -0.3 -0.3\nv 1 0.3 -0.3\nv 1 0.3 0.3\nv 1 -0.3 0.3\nf 13 14 15 16\n";
   const LoadedScene labelled = good({write("a.obj", "mtllib a.mtl\nusemtl body\n" + kCube + labels)});
   EXPECT_EQ(skies(labelled), 1);
-  EXPECT_TRUE(says(labelled, "what emits light does not light the rest: an even white sky was added"));
+  EXPECT_TRUE(says(labelled, "the emissive surfaces do not light the others: an even white sky was added"));
   // In front of a wall the same labels are its lights.
   const std::string wall = "usemtl body\nv -2 -2 1.5\nv -2 2 1.5\nv 2 2 1.5\nv 2 -2 1.5\nf 17 18 19 20\n";
   EXPECT_EQ(skies(good({write("a.obj", "mtllib a.mtl\nusemtl body\n" + kCube + labels + wall)})), 0);
@@ -165,7 +165,7 @@ std::string map_of(const std::string& extensions) {
 TEST_F(MissingParts, EmissiveMapsDoNotReplaceTheSky) {
   const LoadedScene mapped = good({write("a.gltf", map_of(""))});
   EXPECT_EQ(skies(mapped), 1);
-  EXPECT_TRUE(says(mapped, "what emits light does not light the rest: an even white sky was added"));
+  EXPECT_TRUE(says(mapped, "the emissive surfaces do not light the others: an even white sky was added"));
   // A light of the file is light, however weak.
   const std::string sun =
       R"(,"extensions":{"KHR_lights_punctual":{"lights":[{"type":"directional"}]}},"scene":0,"scenes":[{"nodes":[0,1,2]}])";

@@ -21,7 +21,7 @@ TEST(MitsubaMaterials, DiffuseHasItsReflectance) {
   EXPECT_NEAR(even.rgb.b, 0.25, 1e-6);
 }
 
-TEST(MitsubaMaterials, ShapesWithoutOneAreGreyOrShine) {
+TEST(MitsubaMaterials, ShapesWithoutAMaterialAreGreyOrEmit) {
   EXPECT_EQ(std::get<DiffuseMaterial>(mitsuba_material("").kind).reflectance, TexturedColor(0.5f, 0.5f, 0.5f));
   const Material lit = mitsuba_material(R"(<emitter type="area"><rgb name="radiance" value="1, 2, 3"/></emitter>)");
   EXPECT_EQ(std::get<DiffuseMaterial>(lit.kind).reflectance, TexturedColor(0, 0, 0));

@@ -34,7 +34,7 @@ TEST(MitsubaTransforms, ApplyTheFirstFirst) {
   expect_near(center_after(R"(<translate x="1"/>)" + look), {1, 2, 2});
 }
 
-TEST(MitsubaTransforms, CountAfterCenterAndRadius) {
+TEST(MitsubaTransforms, ApplyAfterCenterAndRadius) {
   const SphereShape ball = sphere_of(R"(<shape type="sphere"><point name="center" x="1" y="0" z="0"/>
 <float name="radius" value="0.5"/><transform name="to_world"><scale value="3"/></transform></shape>)");
   expect_near(ball.center, {3, 0, 0});
@@ -281,7 +281,7 @@ TEST(MitsubaEmitters, AreaEmittersAreDefinedForShapes) {
   EXPECT_EQ(loaded.scene.materials.at(0).emission, TexturedColor(1, 2, 3));
 }
 
-TEST(MitsubaEmitters, StandAndShineAsTheFileSays) {
+TEST(MitsubaEmitters, HaveThePlaceAndStrengthOfTheFile) {
   const auto point = light_of<PointLight>(
       R"(<emitter type="point"><point name="position" value="1, 2, 3"/><rgb name="intensity" value="4, 5, 6"/></emitter>)");
   expect_near(point.position, {1, 2, 3});

@@ -289,7 +289,7 @@ TEST(Mtl, OpacityIsDElseOneMinusTrTimesItsMap) {
   }
 }
 
-TEST(Mtl, OpacityDoesNotCountIfNothingWouldBeVisible) {
+TEST(Mtl, OpacityIsIgnoredIfNothingWouldBeVisible) {
   std::vector<std::string> notices;
   for (const Material& material : materials_of("newmtl a\nTr 1\nnewmtl b\nd 0\n", KaMeaning::automatic, notices)) {
     EXPECT_EQ(material.opacity.mode, Opacity::Mode::opaque);
@@ -314,7 +314,7 @@ TEST(Mtl, NumbersAreRead) {
   EXPECT_EQ(read[1].unused, (std::vector<MtlUnused>{{"Kd spectral"}, {"Ks xyz"}, {"sharpness"}}));
 }
 
-TEST(Mtl, OddStatementsAreSkippedAndNamedWithTheirPlace) {
+TEST(Mtl, WrongStatementsAreSkippedAndNamedWithTheirPlace) {
   const auto fault = [](const std::string& text) {
     Faults faults;
     read_mtl(text, "box.mtl", faults);
@@ -346,7 +346,7 @@ TEST(Mtl, OddStatementsAreSkippedAndNamedWithTheirPlace) {
   EXPECT_EQ(fault("newmtl a\nillum x"), "box.mtl:2: illum: the number of an illumination model is expected, got \"x\"");
 }
 
-TEST(Mtl, AnOddStatementChangesNothingElse) {
+TEST(Mtl, AWrongStatementChangesNothingElse) {
   Faults faults;
   const std::vector<MtlMaterial> read =
       read_mtl("newmtl a\rKd 1 0 0\rKd 1 2\rNs x\rillum 2\rnewmtl b\rKd 0 1 0\r", "box.mtl", faults);

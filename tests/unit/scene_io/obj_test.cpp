@@ -235,7 +235,7 @@ TEST(Obj, ManyTrianglesShareTheirVertices) {
   EXPECT_EQ(mesh.positions.size(), 90'000u);
 }
 
-TEST(Faults, NeedTheTextOnlyOfTheFirstOfEachKindThatIsNamed) {
+TEST(Faults, NeedOnlyTheTextOfTheFirstOfEachNamedKind) {
   Faults faults;
   EXPECT_TRUE(faults.needs_text("a"));
   faults.add("a", "file:1: a", "b");
@@ -265,7 +265,7 @@ Texts faults_of(const std::string& statements) {
   return notices;
 }
 
-TEST(Obj, OddStatementsAreSkippedAndNamedWithTheirPlace) {
+TEST(Obj, WrongStatementsAreSkippedAndNamedWithTheirPlace) {
   const auto fault = [](const std::string& statements) {
     const Texts all = faults_of(statements);
     EXPECT_EQ(all.size(), 1u) << statements;
@@ -291,8 +291,8 @@ TEST(Obj, OddStatementsAreSkippedAndNamedWithTheirPlace) {
             "box.obj:1: v: a finite number is expected, got \"1e999\"; the faces there are skipped");
   EXPECT_EQ(fault("v 1 2 1e13"),
             "box.obj:1: v: numbers of at most 1000000000000 are expected, got 1e13; the faces there are skipped");
-  EXPECT_EQ(fault("vn 1 2 three"), "box.obj:1: vn: a finite number is expected, got \"three\"; it does not count");
-  EXPECT_EQ(fault("vn 0 0 0"), "box.obj:1: vn: a direction is expected, got (0, 0, 0); it does not count");
+  EXPECT_EQ(fault("vn 1 2 three"), "box.obj:1: vn: a finite number is expected, got \"three\"; it is ignored");
+  EXPECT_EQ(fault("vn 0 0 0"), "box.obj:1: vn: a direction is expected, got (0, 0, 0); it is ignored");
   EXPECT_EQ(fault("vt"), "box.obj:1: vt: a number is expected; it counts as (0, 0)");
   EXPECT_EQ(fault("vt 0 1e10"),
             "box.obj:1: vt: numbers of at most 1000000000 are expected, got 1e10; it counts as (0, 0)");
@@ -328,7 +328,7 @@ TEST(Obj, FacesOfUnreadableVerticesAreSkipped) {
                             "box.obj:5: f: vertex 2 cannot be read; the face is skipped"}));
 }
 
-TEST(Obj, EmptyAndWrongIndicesOfACornerDoNotCount) {
+TEST(Obj, EmptyAndWrongIndicesOfACornerAreIgnored) {
   for (const std::string face : {"f 1/ 2/ 3/", "f 1// 2// 3//", "f 1/0 2/0 3/0", "f 1/a 2/a 3/a", "f 1/7 2/7 3/7",
                                  "f 1/-7 2/-7 3/-7", "f 1//7 2//7 3//7", "f 1/7/7 2/7/7 3/7/7"}) {
     Texts notices;
@@ -337,17 +337,17 @@ TEST(Obj, EmptyAndWrongIndicesOfACornerDoNotCount) {
     EXPECT_TRUE(mesh.normals.empty() && mesh.texture_coordinates.empty()) << face;
     ASSERT_EQ(notices.size(), 1u) << face;
     EXPECT_TRUE(notices[0].starts_with("box.obj:7: f: ")) << notices[0];
-    EXPECT_NE(notices[0].find("; the index does not count (and "), std::string::npos) << notices[0];
+    EXPECT_NE(notices[0].find("; the index is ignored (and "), std::string::npos) << notices[0];
   }
   Texts notices;
   const Mesh mesh = mesh_of(kSquare + "vt 0.5 1\nf 1/1/ 2/1/ 3/1/\n", &notices);
   EXPECT_EQ(mesh.texture_coordinates, std::vector<Uv>(3, Uv{0.5f, 1}));
-  EXPECT_EQ(notices, Texts{"box.obj:6: f: v, v/t, v//n or v/t/n is expected, got \"1/1/\"; the index does not count "
+  EXPECT_EQ(notices, Texts{"box.obj:6: f: v, v/t, v//n or v/t/n is expected, got \"1/1/\"; the index is ignored "
                            "(and 2 more like it)"});
 }
 
 // Each kind of index may name what the file defines later, beside indices that count from the end.
-TEST(Obj, FacesMayNameWhatFollowsThem) {
+TEST(Obj, FacesMayReferToLaterEntries) {
   Texts notices;
   Mesh mesh = mesh_of(kSquare + "vt 0.25 1\nf 1/1/1 2/-1/1 -2/1/1 4/2/1\nvn 0 0 3\nvt 0.5 1\n", &notices);
   EXPECT_EQ(mesh.triangles.size(), 2u);

@@ -1,4 +1,4 @@
-// Files with odd lines, as programs write them and people rename them.
+// Files with faults: wrong lines that programs write, and renamed files.
 #include "tests/unit/scene_io/gltf_text.h"
 #include "tests/unit/scene_io/load_fixture.h"
 
@@ -9,7 +9,7 @@ namespace {
 using test::kTriangles;
 
 /// A folder with a library of materials.
-class OddFile : public test::Load {
+class FaultyFile : public test::Load {
  protected:
   void SetUp() override {
     Load::SetUp();
@@ -34,7 +34,7 @@ using Texts = std::vector<std::string>;
 
 constexpr RgbColor kRed{1, 0, 0}, kGrey{0.5f, 0.5f, 0.5f};
 
-TEST_F(OddFile, AMissingLibraryMakesItsMaterialsGrey) {
+TEST_F(FaultyFile, AMissingLibraryMakesItsMaterialsGrey) {
   for (const std::string name : {"not-here.mtl", "not here.mtl"}) {
     const LoadedScene loaded = with_library(name);
     EXPECT_EQ(colour_of(loaded), kGrey);
@@ -48,14 +48,14 @@ TEST_F(OddFile, AMissingLibraryMakesItsMaterialsGrey) {
 }
 
 // Scanners write colours of vertices and no material.
-TEST_F(OddFile, FacesWithoutAMaterialShowTheColoursOfTheirVertices) {
+TEST_F(FaultyFile, FacesWithoutAMaterialShowTheColoursOfTheirVertices) {
   const LoadedScene loaded = good(write("a.obj", "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n"));
   EXPECT_EQ(colour_of(loaded), (RgbColor{1, 1, 1}));
   const std::string& said = loaded.notices.at(0);
   EXPECT_TRUE(said.ends_with("a.obj: faces before the first usemtl are rendered as white diffuse")) << said;
 }
 
-TEST_F(OddFile, OtherLibrariesOfTheLineAreRead) {
+TEST_F(FaultyFile, OtherLibrariesOfTheLineAreRead) {
   const LoadedScene loaded = with_library("not-here.mtl parts/colours.mtl");
   EXPECT_EQ(colour_of(loaded), kRed);
   EXPECT_EQ(faults_of(loaded),
@@ -63,7 +63,7 @@ TEST_F(OddFile, OtherLibrariesOfTheLineAreRead) {
 }
 
 // A path of Windows, another case, a folder of the machine where the file was made.
-TEST_F(OddFile, FilesAreFoundInOtherSpellings) {
+TEST_F(FaultyFile, FilesAreFoundInOtherSpellings) {
   for (const std::string name : {".\\parts\\colours.mtl", "PARTS/Colours.MTL", "parts/../PARTS\\COLOURS.mtl"}) {
     const LoadedScene loaded = with_library(name);
     EXPECT_EQ(colour_of(loaded), kRed) << name;
@@ -80,7 +80,7 @@ TEST_F(OddFile, FilesAreFoundInOtherSpellings) {
   EXPECT_TRUE(faults_of(with_library("assets/../parts/colours.mtl")).empty());
 }
 
-TEST_F(OddFile, MapsAreFoundInOtherSpellings) {
+TEST_F(FaultyFile, MapsAreFoundInOtherSpellings) {
   write("parts/Wood.PNG", "an image's bytes");
   write("parts/colours.mtl", "newmtl red\nmap_Kd wood.png\n");
   const LoadedScene loaded = with_library("parts/colours.mtl");
@@ -89,7 +89,7 @@ TEST_F(OddFile, MapsAreFoundInOtherSpellings) {
                                      "Wood.PNG is read instead"});
 }
 
-TEST_F(OddFile, GltfFilesAreFoundInOtherSpellings) {
+TEST_F(FaultyFile, GltfFilesAreFoundInOtherSpellings) {
   test::GltfBuffer buffer;
   buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
   write("parts/My Data.BIN", buffer.bytes());
@@ -101,7 +101,7 @@ TEST_F(OddFile, GltfFilesAreFoundInOtherSpellings) {
                   "read instead"});
 }
 
-TEST_F(OddFile, UnknownMaterialsAreGrey) {
+TEST_F(FaultyFile, UnknownMaterialsAreGrey) {
   const std::string text =
       "mtllib parts/colours.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl (null)\nf 1 2 3\nusemtl red\n"
       "f 1 2 3\nusemtl None\nf 1 2 3\n";
@@ -115,7 +115,7 @@ TEST_F(OddFile, UnknownMaterialsAreGrey) {
                   "diffuse (and 1 more like it)"});
 }
 
-TEST_F(OddFile, AStrictReaderRefuses) {
+TEST_F(FaultyFile, AStrictReaderRefusesFaults) {
   LoadOptions strict;
   strict.strict = true;
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";

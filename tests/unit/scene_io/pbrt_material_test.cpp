@@ -45,7 +45,7 @@ TEST(PbrtMaterials, ConductorsAreRougherAlongOneAxis) {
   EXPECT_NEAR(std::get<PrincipledMaterial>(coated.kind).anisotropy.strength, std::sqrt(0.25 / 0.75), 1e-6);
 }
 
-TEST(PbrtMaterials, ConductorsAreNamedGivenOrReflect) {
+TEST(PbrtMaterials, ConductorsHaveANameIndicesOrAReflectance) {
   const auto gold = std::get<ConductorMaterial>(
       pbrt_material("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"").kind);
   EXPECT_EQ(gold.eta, (RgbColor{0.1548f, 0.4233f, 1.3828f}));

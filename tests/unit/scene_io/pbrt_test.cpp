@@ -37,7 +37,9 @@ TEST(PbrtTransforms, ApplyTheLastFirst) {
 
 TEST(PbrtTransforms, AttributesAreScoped) {
   expect_point(center_after("AttributeBegin Translate 9 9 9 AttributeEnd Translate 1 0 0"), {1, 0, 0});
-  EXPECT_EQ(pbrt_error("AttributeEnd"), "a.pbrt:3: AttributeEnd without its begin");
+  EXPECT_EQ(pbrt_error("AttributeEnd"), "a.pbrt:3: AttributeEnd without AttributeBegin");
+  EXPECT_EQ(pbrt_error("ObjectBegin \"o\"\nAttributeBegin\nObjectEnd"),
+            "a.pbrt:5: ObjectEnd, but the AttributeBegin at a.pbrt:4 is open");
   EXPECT_EQ(pbrt_error("\nAttributeBegin"), "a.pbrt:4: AttributeBegin without its end");
 }
 

@@ -10,7 +10,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "common/wire/scene_proto.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;

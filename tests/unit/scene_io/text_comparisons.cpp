@@ -11,6 +11,9 @@ const int kManyNames = 0;
 std::optional<std::uint64_t> work_done() {
   return std::nullopt;
 }
+std::optional<std::uint64_t> bytes_allocated() {
+  return std::nullopt;
+}
 }  // namespace lightmill::test
 
 #else
@@ -36,6 +39,9 @@ namespace lightmill::test {
 const int kManyNames = 4'000;
 std::optional<std::uint64_t> work_done() {
   return comparisons.load(std::memory_order_relaxed);
+}
+std::optional<std::uint64_t> bytes_allocated() {
+  return std::nullopt;
 }
 }  // namespace lightmill::test
 

@@ -1,4 +1,4 @@
-// Scenes from handed files, which read only these files.
+// Scenes of uploaded files, which read only these files.
 #include <sys/stat.h>
 
 #include "common/base/file.h"
@@ -12,7 +12,7 @@ namespace lightmill::test {
 namespace {
 
 /// Files by name, and one file on the disk that must never be read. Any loader would accept its bytes.
-class HandedScene : public Load {
+class UploadedScene : public Load {
  protected:
   void hand(const std::string& name, const std::string& bytes) {
     const Sha256 digest = sha256(bytes);
@@ -41,7 +41,7 @@ class HandedScene : public Load {
 
 constexpr const char* kNotThere = "is not among the uploaded files";
 
-TEST_F(HandedScene, IsTheSameAsFromTheDisk) {
+TEST_F(UploadedScene, IsTheSameAsFromTheDisk) {
   const std::string text = document(R"([{"mesh": {"file": "assets/t.obj"}}])");
   const auto on_disk = write("box.json", text);
   write("assets/t.obj", kTriangles);
@@ -54,7 +54,7 @@ TEST_F(HandedScene, IsTheSameAsFromTheDisk) {
   EXPECT_EQ(handed->assets, read->assets);
 }
 
-TEST_F(HandedScene, ReachesNoFileOfThisMachine) {
+TEST_F(UploadedScene, ReachesNoFileOfThisMachine) {
   const std::string secret = write("secret.obj", kTriangles).string();
   std::filesystem::create_directories(folder_ / "assets" / "x");
   std::filesystem::create_symlink(folder_ / "secret.obj", folder_ / "assets" / "link.obj");
@@ -72,7 +72,7 @@ TEST_F(HandedScene, ReachesNoFileOfThisMachine) {
   std::filesystem::current_path(before);
 }
 
-TEST_F(HandedScene, NamesMissingFilesOfEveryKind) {
+TEST_F(UploadedScene, NamesMissingFilesOfEveryKind) {
   const std::string obj = write("there.obj", kTriangles).string();
   const std::string there = write("there.mtl", "newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n").string();
   hand("texture.json", with(R"("textures": [{"name": "t", "file": ")" + there + R"("}])"));
@@ -93,7 +93,7 @@ TEST_F(HandedScene, NamesMissingFilesOfEveryKind) {
 }
 
 // Neither the path as written nor another spelling of it leads to a file of this machine.
-TEST_F(HandedScene, LeavesOutMissingLibraries) {
+TEST_F(UploadedScene, LeavesOutMissingLibraries) {
   const std::string there = write("There.mtl", "newmtl red\nKd 1 0 0\n").string();
   const std::filesystem::path before = std::filesystem::current_path();
   std::filesystem::current_path(folder_);
@@ -111,7 +111,7 @@ TEST_F(HandedScene, LeavesOutMissingLibraries) {
   std::filesystem::current_path(before);
 }
 
-TEST_F(HandedScene, FindsFilesInOtherSpellings) {
+TEST_F(UploadedScene, FindsFilesInOtherSpellings) {
   hand("Models/PARTS/Colours.MTL", "newmtl red\nKd 1 0 0\nnewmtl green\n");
   hand("Models/a.obj", "mtllib .\\parts\\colours.mtl\n" + kTriangles);
   hand("Models/PARTS.txt", "");
@@ -123,7 +123,7 @@ TEST_F(HandedScene, FindsFilesInOtherSpellings) {
                                "is read instead"});
 }
 
-TEST_F(HandedScene, LeavesOutMissingMaps) {
+TEST_F(UploadedScene, LeavesOutMissingMaps) {
   const std::string there = write("there.png", "x").string();
   hand("a.mtl", "newmtl red\nKd 1 0 0\nmap_Kd " + there + "\nnewmtl green\nKd 0 1 0\n");
   hand("a.obj", "mtllib a.mtl\n" + kTriangles);
@@ -134,7 +134,7 @@ TEST_F(HandedScene, LeavesOutMissingMaps) {
   EXPECT_NE(loaded->notices[0].find("there is no file " + there), std::string::npos) << loaded->notices[0];
 }
 
-TEST_F(HandedScene, RefusesRepeatedNamesAndNamesOutsideTheFolder) {
+TEST_F(UploadedScene, RefusesRepeatedNamesAndNamesOutsideTheFolder) {
   const Sha256 digest = sha256("x");
   EXPECT_TRUE(files_.add("a/b.obj", digest).ok());
   for (const std::string& name : std::vector<std::string>{"a//b.obj", "a/c/../b.obj", "./a/b.obj"}) {

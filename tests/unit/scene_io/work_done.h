@@ -10,6 +10,9 @@ namespace lightmill::test {
 /// sanitizers have to see the comparisons themselves.
 std::optional<std::uint64_t> work_done();
 
+/// Bytes that operator new has returned so far. Empty where work is counted as comparisons.
+std::optional<std::uint64_t> bytes_allocated();
+
 /// With this many names, work_done() shows whether lists of names are searched.
 extern const int kManyNames;
 

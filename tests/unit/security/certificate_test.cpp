@@ -176,7 +176,7 @@ TEST_F(TlsFilesTest, MistakesAreNamed) {
   EXPECT_NE(problem({ca, bare, ""}).find("--tls-cert " + bare + ": there is no private key"), std::string::npos)
       << problem({ca, bare, ""});
   EXPECT_NE(problem({ca, bare, file("other.key", ca_.key)}).find("does not match the certificate"), std::string::npos);
-  EXPECT_NE(problem({good, good, ""}).find("is not of an authority"), std::string::npos);
+  EXPECT_NE(problem({good, good, ""}).find("is not that of an authority"), std::string::npos);
   EXPECT_NE(problem({ca, good, ""}, kValidity.until_unix_s).find("expired 2027-01-16 08:00 UTC: renew it"),
             std::string::npos);
   EXPECT_NE(problem({ca, good, ""}, kValidity.from_unix_s - 1).find("clock"), std::string::npos);

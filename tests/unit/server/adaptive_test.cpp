@@ -155,7 +155,7 @@ TEST_F(AllocationTest, ReportedAllocationsAreChecked) {
   // A job that asks for no allocation gets none.
   const JobId other = submit_undecided("r2");
   allocate(a, {1, 1});
-  EXPECT_EQ(status(other).method, "auto");
+  EXPECT_EQ(status(other).spec.settings.method, "auto");
   JobSpec most = spec("r3", kMaxSamples);
   most.goal.adaptive = true;
   EXPECT_EQ(message_of(coordinator->submit(most, now, unix_ms(), effects).status()),

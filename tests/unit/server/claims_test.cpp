@@ -8,7 +8,7 @@ class ClaimsTest : public VerifyingTest {
  protected:
   JobId submit_unaudited(const std::string& request) {
     JobSpec job = spec(request, 1 << 14, {0, 0, 256, 256});
-    job.verify_share = 0;
+    job.audit_share = 0;
     return submit(job);
   }
   double worker_seconds(JobId job) const { return status(job).worker_seconds; }
@@ -63,7 +63,7 @@ TEST_F(ClaimsTest, APilotTakesNoLongerThanItsLeaseIsOpen) {
       *coordinator->submit(undecided, now, unix_ms(), effects, {true, {"two do"}, {}, {"path", "caustic"}});
   const SessionId liar = connect_on("m1", "liar");
   say(liar, PilotReport{got<PilotGrant>(liar).at(0).lease, 0, {"it is cheaper"}, 1e6, Allocation()});
-  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).spec.settings.method, "path");
   EXPECT_LE(worker_seconds(job), 15);
 }
 
@@ -90,9 +90,9 @@ TEST_F(ClaimsTest, ManyWorkersOfOneIdentityCountAsOneForTheRateOfResults) {
   EXPECT_EQ(coordinator->gauges(now).results_rate, limits.result_bytes_per_second);
 }
 
-TEST_F(ClaimsTest, ThreadsCountAsFarAsResultsCame) {
+TEST_F(ClaimsTest, ClaimedThreadsAreLimitedByReceivedResults) {
   JobSpec large = spec("r1", 1 << 14, {0, 0, 4096, 4096});
-  large.verify_share = 0;
+  large.audit_share = 0;
   submit(large);
   const SessionId liar = connect_claiming("liar", 4096);
   const auto tiles_held = [&] {
@@ -108,9 +108,9 @@ TEST_F(ClaimsTest, ThreadsCountAsFarAsResultsCame) {
 }
 
 // It takes a second for each sample of a tile, and says that it takes none.
-TEST_F(ClaimsTest, ASpeedCountsAsFarAsResultsCame) {
+TEST_F(ClaimsTest, AClaimedSpeedIsLimitedByReceivedResults) {
   JobSpec large = spec("r1", 1 << 20, {0, 0, 128, 128});
-  large.verify_share = 0;
+  large.audit_share = 0;
   const JobId job = submit(large);
   const SessionId liar = connect_claiming("liar", 1);
   double slowest = 0;
@@ -131,7 +131,7 @@ TEST_F(ClaimsTest, ASpeedCountsAsFarAsResultsCame) {
 
 TEST_F(ClaimsTest, ThreadsDoNotMakeTheUnitsOfOthersLonger) {
   JobSpec large = spec("r1", 1 << 14, {0, 0, 1024, 1024});
-  large.verify_share = 0;
+  large.audit_share = 0;
   submit(large);
   const SessionId honest = connect_claiming("honest", 1), liar = connect_claiming("liar", 4096);
   double longest = 0;
@@ -157,7 +157,7 @@ TEST_F(ClaimsTest, AnAuditedJobDoesNotStartInAClassOfOneIdentity) {
   answer(honest);
   answer(other);
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 1u);
   submit_unaudited("unaudited");
   EXPECT_FALSE(got<LeaseGrant>(liar).empty()) << "it may render unaudited work";
 }

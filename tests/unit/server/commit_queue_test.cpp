@@ -5,6 +5,8 @@
 #include <atomic>
 #include <future>
 
+#include "tests/support/process.h"
+
 namespace lightmill {
 namespace {
 
@@ -148,9 +150,7 @@ TEST_F(CommitQueueTest, AFullDiskDelaysWritesAndLosesNone) {
          EXPECT_EQ(sent_count(), 0u) << "before its messages leave";
          answered = status.ok() ? 1 : 2;
        }});
-  while (answered == 0) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(test::eventually([&] { return answered != 0; }));
   EXPECT_EQ(answered, 1);
   EXPECT_TRUE(queue_->stop().ok());
   EXPECT_EQ(store_.deleted(), std::vector<std::uint64_t>{1});
@@ -172,11 +172,10 @@ TEST_F(CommitQueueTest, CallersLearnOfADelayAndTheirWritesAreStored) {
   push(1, {caller("reply")}, {caller("caller")});
   push(2, {}, {caller("behind")});
   EXPECT_EQ(store_.commits(), 0);
-  for (std::size_t count = 0; count < 3;) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE(test::eventually([&] {
     const MutexLock lock(mutex);
-    count = heard.size();
-  }
+    return heard.size() == 3;
+  }));
   EXPECT_TRUE(queue_->stop().ok());
   EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2}));
   const std::string delayed =
@@ -196,9 +195,7 @@ TEST_F(CommitQueueTest, BytesThatWaitForTheStoreHaveALimit) {
       ++pushed;
     }
   });
-  while (pushed < 3) {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(test::eventually([&] { return pushed >= 3; }));
   store_.hold(false);
   pusher.join();
   EXPECT_TRUE(queue_->stop().ok());
@@ -221,15 +218,11 @@ TEST_F(CommitQueueTest, AFilmIsReadAfterEarlierWritesAndCommitsRunBetweenItsPiec
                                                   EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2}));
                                                   film.set_value(std::move(read));
                                                 }}}});
-  while (store_.reads().empty()) {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(test::eventually([&] { return !store_.reads().empty(); }));
   EXPECT_EQ(store_.deleted(), std::vector<std::uint64_t>{1});
   push(2);
   store_.give(piece_of(3, true));
-  while (store_.reads().size() < 2) {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(test::eventually([&] { return store_.reads().size() == 2; }));
   EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2})) << "between two pieces";
   store_.give(piece_of(4, false));
   const Result<StoredFilm> read = film.get_future().get();

@@ -146,8 +146,7 @@ class CoordinatorTest : public ::testing::Test {
   void store_ends() { coordinator->ends_stored(std::exchange(ends_unstored, {})); }
 
   /// Added to half A by each pixel's first sample. With n samples the halves' means are then 2 + 2·first_extra/n and 2.
-  /// So the frame's relMSE is (first_extra/n)² / 4.01 in all pixels alike. What half A alone has is no part of the
-  /// limit.
+  /// So the frame's relMSE is (first_extra/n)² / 4.01 in all pixels alike. The limit r does not include this addition.
   float first_extra = 0;
   CoordinatorLimits limits;
   Time now{std::chrono::seconds(1000)};

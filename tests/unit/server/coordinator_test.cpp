@@ -122,7 +122,7 @@ TEST_F(CoordinatorTest, ExtendingHasTheLimitsOfSubmitting) {
   submit(spec("r2", 4));
   EXPECT_EQ(coordinator->extend(job, {15}, now, effects).code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(coordinator->extend(job, {7}, now, effects).code(), StatusCode::kResourceExhausted);
-  EXPECT_EQ(status(job).goal.samples, 4u);
+  EXPECT_EQ(status(job).spec.goal.samples, 4u);
   EXPECT_TRUE(coordinator->extend(job, {6}, now, effects).ok());
 }
 
@@ -213,7 +213,7 @@ TEST_F(CoordinatorTest, APriorityIsStoredUntilTheJobHasEnded) {
   flush();
   ASSERT_TRUE(coordinator->set_priority(job, -7, now, effects).ok());
   EXPECT_EQ(std::get<PutJob>(effects.writes.back()).record.spec.priority, -7);
-  EXPECT_EQ(status(job).priority, -7);
+  EXPECT_EQ(status(job).spec.priority, -7);
   flush();
   ASSERT_TRUE(coordinator->set_priority(job, -7, now, effects).ok());
   EXPECT_TRUE(effects.writes.empty());  // unchanged

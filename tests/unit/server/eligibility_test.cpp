@@ -1,4 +1,4 @@
-// Which workers may render a job, and what a job says that none may.
+// Workers that may render a job, and the reason of a job that none may render.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {

@@ -39,11 +39,9 @@ class EnrolmentTest : public ::testing::Test {
   TokenRegistry registry_;
 };
 
-TEST_F(EnrolmentTest, ABearerMayEnrolAndDoNothingElse) {
+TEST_F(EnrolmentTest, ABearersOnlyRoleIsToEnrol) {
   make(1);
-  for (const RpcRule& rule : rpc_rules()) {
-    EXPECT_EQ(check_call(bearer(), rule.rpc).ok(), rule.rpc == Rpc::enrol) << rule.method;
-  }
+  EXPECT_EQ(bearer().roles, Roles{Role::enrol});
 }
 
 TEST_F(EnrolmentTest, AMachineGetsAWorkerTokenOfTheStatedLifetime) {

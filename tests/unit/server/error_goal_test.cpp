@@ -275,7 +275,7 @@ TEST_F(ErrorGoalTest, AJobThatEndedBelowItsLimitOfSamplesIsExtendedFromItsSample
   EXPECT_EQ(coordinator->extend(job, {48}, now, effects).code(), StatusCode::kInvalidArgument);
   ASSERT_TRUE(coordinator->extend(job, {96}, now, effects).ok());
   flush();
-  EXPECT_EQ(status(job).goal, (Goal{96, 0, 0}));
+  EXPECT_EQ(status(job).spec.goal, (Goal{96, 0, 0}));
   EXPECT_EQ(coordinator->extend(job, {96}, now, effects).code(), StatusCode::kInvalidArgument) << "it has not ended";
   work(session);
   EXPECT_EQ(status(job).reached, GoalLimit::samples);
@@ -303,18 +303,18 @@ TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   ASSERT_TRUE(coordinator->extend(job, {0, 0.008}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).goal, (Goal{0, 0, 0.008}));
+  EXPECT_EQ(status(job).spec.goal, (Goal{0, 0, 0.008}));
   // More samples. The error is reached, and would end the job at once.
   ASSERT_TRUE(coordinator->extend(job, {100}, now, effects).ok());
   flush();
-  EXPECT_EQ(status(job).goal, (Goal{100, 0, 0}));
+  EXPECT_EQ(status(job).spec.goal, (Goal{100, 0, 0}));
   work(session);
   EXPECT_EQ(status(job).min_tile_samples, 100u);
   EXPECT_EQ(status(job).reached, GoalLimit::samples);
   // From samples to an error: the samples are reached.
   ASSERT_TRUE(coordinator->extend(job, {0, 0.005}, now, effects).ok());
   flush();
-  EXPECT_EQ(status(job).goal, (Goal{0, 0, 0.005}));
+  EXPECT_EQ(status(job).spec.goal, (Goal{0, 0, 0.005}));
   work(session);
   EXPECT_EQ(status(job).min_tile_samples, 128u);
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);

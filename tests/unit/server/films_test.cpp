@@ -64,7 +64,7 @@ class FilmsTest : public test::VerifyingTest {
 
   static JobSpec unaudited(const std::string& request, std::uint64_t samples, PixelRect crop = {0, 0, 128, 64}) {
     JobSpec job = spec(request, samples, crop);
-    job.verify_share = 0;
+    job.audit_share = 0;
     return job;
   }
   JobId done_job(const std::string& request, std::uint64_t samples = 4, PixelRect crop = {0, 0, 128, 64}) {

@@ -96,7 +96,7 @@ TEST_F(CoordinatorTest, ForgedLeasesInHellosEndTheSession) {
   EXPECT_TRUE(got<LeaseCancel>(honest).empty());
 }
 
-TEST_F(CoordinatorTest, StaleLeasesInHellosCountForNothing) {
+TEST_F(CoordinatorTest, StaleLeasesInHellosAreIgnored) {
   const JobId job = submit(spec("r1", 1024, {0, 0, 512, 64}));
   const SessionId first = connect("w");
   std::vector<HeldLease> leases;

@@ -186,6 +186,49 @@ TEST_F(InspectionTest, HasALimitPerCallerAndInTotal) {
   EXPECT_EQ(ask("bob").status().code(), StatusCode::kResourceExhausted);
 }
 
+TEST_F(InspectionTest, MovesFromAReaderThatDoesNotReport) {
+  const SessionId a = reader("a");
+  const InspectionId id = ask().value();
+  const SessionId b = reader("b"), c = reader("c");
+  const auto wait_for = [&](int seconds) {
+    for (int i = 0; i < seconds; ++i) {
+      for (const SessionId each : {a, b, c}) {
+        say(each, WorkerHeartbeat{});
+      }
+      wait(std::chrono::seconds(1));
+    }
+  };
+  wait_for(80);
+  EXPECT_TRUE(answers.empty());
+  EXPECT_EQ(grants(a), 1u);
+  ASSERT_EQ(grants(b) + grants(c), 1u);
+  const SessionId second = grants(b) == 1 ? b : c;
+  lose(a);
+  EXPECT_EQ(grants(b) + grants(c), 1u) << "the second one continues";
+  report(second, id);
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_EQ(code(0), StatusCode::kOk);
+  const SessionId again = reader("a");
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(ask("caller " + std::to_string(i)).ok());
+  }
+  EXPECT_EQ(grants(again), 0u) << "its identity comes last";
+}
+
+TEST_F(InspectionTest, TwoReadersThatDoNotReportEndAnInspection) {
+  const SessionId a = reader("a"), b = reader("b"), c = reader("c");
+  ASSERT_TRUE(ask().ok());
+  for (int i = 0; i < 170; ++i) {
+    for (const SessionId each : {a, b, c}) {
+      say(each, WorkerHeartbeat{});
+    }
+    wait(std::chrono::seconds(1));
+  }
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_EQ(code(0), StatusCode::kDeadlineExceeded);
+  EXPECT_EQ(grants(a) + grants(b) + grants(c), 2u);
+}
+
 TEST_F(InspectionTest, TimesOut) {
   const SessionId a = reader("a");
   ASSERT_TRUE(ask().ok());

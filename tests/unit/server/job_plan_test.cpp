@@ -244,7 +244,7 @@ TEST(JobPlan, TheNextUnitAlwaysBeginsAtTheFirstFreeSample) {
   EXPECT_GT(given_back, 20);
 }
 
-TEST_F(JobPlanTest, EachLeaseHoldsARangeOnceAndItsEndNamesThem) {
+TEST_F(JobPlanTest, ALeaseHoldsARangeOnceAndAFinishedRangeNamesItsLeases) {
   JobPlan plan(film, 4, kPlenty);
   const Unit unit = *take(plan);
   EXPECT_TRUE(plan.add_copy(LeaseId{50}, TileId{0}, unit.range));

@@ -1,4 +1,4 @@
-// Workers that are lost again and again with the same work.
+// Workers that are lost repeatedly with the same work.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {

@@ -11,7 +11,7 @@ class MixedTest : public VerifyingTest {
   }
   JobId submit_mixed(double share = 1, PixelRect crop = {0, 0, 64, 64}) {
     JobSpec job = spec("r1", 1, crop);
-    job.verify_share = share;
+    job.audit_share = share;
     job.allow_mixed = true;
     return submit(job);
   }
@@ -26,7 +26,7 @@ TEST_F(MixedTest, WorkersOfAllClassesRenderOneJob) {
   ASSERT_EQ(waiting(a), 1u);
   ASSERT_EQ(waiting(b), 1u);
   EXPECT_EQ(status(job).fingerprint_class, kMixedClass);
-  EXPECT_TRUE(status(job).allow_mixed);
+  EXPECT_TRUE(status(job).spec.allow_mixed);
   EXPECT_EQ(status(job).render_digest, render_digest(spec("r1", 1, two_tiles).settings, kMixedClass));
   answer(a);
   answer(b);
@@ -61,13 +61,13 @@ TEST_F(MixedTest, ResultsAreAuditedByTheirOwnClass) {
   answer(a);
   EXPECT_EQ(waiting(b), 0u);
   EXPECT_EQ(status(job).state, JobState::done) << "no connected worker can audit it";
-  EXPECT_EQ(status(job).results_unverified, 1u);
+  EXPECT_EQ(status(job).results_unaudited, 1u);
 
   ASSERT_TRUE(coordinator->extend(job, {.samples = 2}, now, effects).ok());
   flush();
   const SessionId c = connect_of("class-a", "m3");
   answer(c);
-  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
 TEST_F(MixedTest, AnAuditWaitsForARecentMachineOfItsClass) {
@@ -106,7 +106,7 @@ TEST_F(MixedTest, OtherBitsOfAnotherClassAccuseNoWorker) {
     }
     EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
     EXPECT_EQ(status(job).counters.nodes_dropped, 0u);
-    EXPECT_EQ(status(job).counters.results_duplicate, 3 + status(job).counters.results_verified)
+    EXPECT_EQ(status(job).counters.results_duplicate, 3 + status(job).counters.results_audited)
         << "both copies, and the repeated result of `a`";
     for (const WorkerStatus& each : coordinator->workers(now)) {
       EXPECT_EQ(each.quarantine, "") << each.name;
@@ -142,7 +142,7 @@ TEST_F(MixedTest, ARestartKeepsTheClassOfEachResult) {
   EXPECT_EQ(waiting(b), 0u);
   ASSERT_EQ(waiting(c), 1u);
   answer(c);
-  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
 TEST_F(MixedTest, NoWorkerCanHaveTheMixedClass) {

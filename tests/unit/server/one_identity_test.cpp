@@ -27,7 +27,7 @@ class OneIdentityTest : public VerifyingTest {
   std::uint32_t last_pid = 1;
   JobId submit_unaudited(const std::string& request, std::int32_t priority = 0, PixelRect crop = {0, 0, 64, 64}) {
     JobSpec job = spec(request, 1, crop);
-    job.verify_share = 0;
+    job.audit_share = 0;
     job.priority = priority;
     return submit(job);
   }
@@ -87,7 +87,7 @@ TEST_F(OneIdentityTest, FailsAJobOnlyIfAnotherCannotRenderItEither) {
   EXPECT_NE(status(job).reason.find("; worker b: no result for 1200 s"), std::string::npos) << status(job).reason;
 }
 
-TEST_F(OneIdentityTest, LosesItsLeaseAlsoIfItReconnectsAgainAndAgain) {
+TEST_F(OneIdentityTest, LosesItsLeaseEvenIfItReconnectsRepeatedly) {
   const JobId job = submit_unaudited("r1");
   SessionId liar = join("liar", "a");
   const std::vector<LeaseId> first = leases_of(liar);
@@ -223,6 +223,36 @@ TEST_F(OneIdentityTest, CannotGiveBackATileForever) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(OneIdentityTest, CannotKeepATileByGivingItBackWhileOthersAreBusy) {
+  const JobId other = submit_unaudited("other work", 0, {0, 0, 64 * 100, 64});
+  const SessionId honest = join("honest", "b");
+  JobSpec small = spec("r1", 1, {0, 0, 64, 64});
+  small.audit_share = 0;
+  small.priority = 1;
+  const JobId job = submit(small);
+  const SessionId liar = join("liar", "a");
+  say(liar, WorkerRefusal{other, "too large", true});
+  const auto grants = [&] {
+    return std::ranges::count_if(got<LeaseGrant>(liar), [&](const LeaseGrant& grant) { return grant.unit.job == job; });
+  };
+  ASSERT_EQ(grants(), 1);
+  for (int i = 0; i < 2; ++i) {
+    for (int half = 0; half < 2; ++half) {
+      beat({honest, liar}, limits.result_patience() * 2 / 5);
+      answer_one(honest);
+    }
+    ASSERT_EQ(status(other).state, JobState::running);
+    for (const LeaseGrant& grant : got<LeaseGrant>(liar)) {
+      if (grant.unit.job == job) {
+        say(liar, WorkerReturn{grant.lease});
+      }
+    }
+    EXPECT_EQ(grants(), 2) << "the second time, others get it first";
+  }
+  answer(honest);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
 TEST_F(OneIdentityTest, CannotLoseAnAuditForever) {
   const JobId job = submit_verified();
   const SessionId liar = join("liar", "a"), honest = join("honest", "c");
@@ -255,13 +285,13 @@ TEST_F(OneIdentityTest, LeavesAResultUnauditedByLosingTheOnlyAudit) {
   EXPECT_EQ(status(job).state, JobState::running);
   restart_worker(last, "second", "b", 1);
   EXPECT_EQ(status(job).state, JobState::done) << "there is no other identity";
-  EXPECT_EQ(status(job).results_unverified, 1u);
+  EXPECT_EQ(status(job).results_unaudited, 1u);
   EXPECT_EQ(status(job).audits_lost, 1u);
 }
 
 TEST_F(OneIdentityTest, DoesNotDelayItsJobByContradictingItself) {
   JobSpec one = spec("r1", 1);
-  one.verify_share = 1e-12;
+  one.audit_share = 1e-12;
   const JobId job = submit(one);
   const SessionId only = join("only", "a", 1, 2);
   const LeaseGrant grant = got<LeaseGrant>(only).at(0);
@@ -273,12 +303,12 @@ TEST_F(OneIdentityTest, DoesNotDelayItsJobByContradictingItself) {
   say(only, flipped);
   say(only, result(grant, grant.unit.tiles[1]));
   EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
-  EXPECT_EQ(status(job).results_unverified, 0u) << "none was drawn";
+  EXPECT_EQ(status(job).results_unaudited, 0u) << "none was drawn";
 }
 
 TEST_F(OneIdentityTest, IsAuditedIfItContradictsItself) {
   JobSpec one = spec("r1", 1);
-  one.verify_share = 1e-12;
+  one.audit_share = 1e-12;
   const JobId job = submit(one);
   const SessionId faulty = join("faulty", "a", 1, 2);
   const LeaseGrant grant = got<LeaseGrant>(faulty).at(0);

@@ -19,30 +19,30 @@ namespace lightmill::test {
 namespace {
 
 TEST(Operations, EachUnaryMethodIsOneEntryWithItsMessages) {
-  std::map<Rpc, int> entries;
+  std::map<std::string_view, int> entries;
   for (const Operation& operation : operations()) {
-    entries[operation.rpc] += operation.traits.http_only ? 0 : 1;
+    entries[operation.rpc.method] += operation.traits.http_only ? 0 : 1;
   }
-  for (const RpcRule& rule : rpc_rules()) {
+  for (const Rpc& rpc : served_rpcs()) {
     const auto* const service =
-        google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(std::string(rule.service));
+        google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(std::string(rpc.service));
     if (service == nullptr) {
       continue;  // one with streams alone, whose messages nothing here uses
     }
-    const auto* const method = service->FindMethodByName(std::string(rule.method));
-    ASSERT_NE(method, nullptr) << rule.method;
+    const auto* const method = service->FindMethodByName(std::string(rpc.method));
+    ASSERT_NE(method, nullptr) << rpc.method;
     const bool streams = method->client_streaming() || method->server_streaming();
-    EXPECT_EQ(entries[rule.rpc], streams ? 0 : 1) << rule.method;
-    if (const Operation* const operation = find_operation(rule.rpc)) {
-      EXPECT_EQ(operation->handler.request->GetDescriptor(), method->input_type()) << rule.method;
-      EXPECT_EQ(operation->handler.reply->GetDescriptor(), method->output_type()) << rule.method;
+    EXPECT_EQ(entries[rpc.method], streams ? 0 : 1) << rpc.method;
+    if (const Operation* const operation = find_operation(rpc.method)) {
+      EXPECT_EQ(operation->handler.request->GetDescriptor(), method->input_type()) << rpc.method;
+      EXPECT_EQ(operation->handler.reply->GetDescriptor(), method->output_type()) << rpc.method;
     }
   }
 }
 
 TEST(Operations, CallsAboutJobsCheckTheOwner) {
   for (const Operation& operation : operations()) {
-    const Right right = rule_of(operation.rpc).right;
+    const Right right = operation.rpc.right;
     EXPECT_EQ(operation.handler.of_job, right == Right::see_job || right == Right::steer_job) << operation.http;
   }
 }
@@ -50,17 +50,17 @@ TEST(Operations, CallsAboutJobsCheckTheOwner) {
 TEST(Operations, ChangesAreTheValuesThatDiffer) {
   JobStatus before;
   before.state = JobState::done;
-  before.priority = -2;
-  before.goal = {64, 0.5, 0, false};
+  before.spec.priority = -2;
+  before.spec.goal = {64, 0.5, 0, false};
   EXPECT_EQ(describe_change(before, &before), "");
   JobStatus after = before;
   after.state = JobState::running;
-  after.priority = 10;
-  after.goal = {128, 0, 0.001, false};
+  after.spec.priority = 10;
+  after.spec.goal = {128, 0, 0.001, false};
   EXPECT_EQ(describe_change(before, &after),
             "state done -> running, priority -2 -> 10, samples 64 -> 128, seconds 0.5 -> none, error none -> 0.001");
   after = before;
-  after.goal.samples = 0;
+  after.spec.goal.samples = 0;
   EXPECT_EQ(describe_change(before, &after), "samples 64 -> none");
   EXPECT_EQ(describe_change(before, nullptr), "state done -> deleted");
   const WorkerStatus free;
@@ -108,8 +108,8 @@ class OperationCallTest : public ::testing::Test {
                  [answer](const Status& done) { answer->set_value(done); });
     return answer->get_future();
   }
-  std::shared_ptr<OperationCall> call(Rpc rpc) {
-    return std::make_shared<OperationCall>(*runtime, *find_operation(rpc));
+  std::shared_ptr<OperationCall> call(std::string_view method) {
+    return std::make_shared<OperationCall>(*runtime, *find_operation(method));
   }
   void on_farm(const FarmLoop::Task& task) {
     std::promise<void> done;
@@ -163,7 +163,7 @@ class OperationCallTest : public ::testing::Test {
 
 TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredAfterItsCommit) {
   const JobId job = submit("ada");
-  const auto asked = call(Rpc::pause_job);
+  const auto asked = call("PauseJob");
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
   EXPECT_EQ(asked->about().job, job.value);
   std::future<Status> answer = start(asked, user("ada"));
@@ -186,18 +186,18 @@ TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredAfterItsCommit) {
 TEST_F(OperationCallTest, AnEndIsShownOnceItIsStored) {
   const JobId job = submit("ada");
   const auto seen = [&] {
-    const auto asked = call(Rpc::get_job);
+    const auto asked = call("GetJob");
     static_cast<v1::GetJobRequest&>(asked->request()).set_id(job.value);
     EXPECT_TRUE(start(asked, user("ada")).get().ok());
     return static_cast<const v1::Job&>(asked->reply()).state();
   };
   const auto listed = [&](v1::JobState state) {
-    const auto asked = call(Rpc::list_jobs);
+    const auto asked = call("ListJobs");
     static_cast<v1::ListJobsRequest&>(asked->request()).add_states(state);
     EXPECT_TRUE(start(asked, user("ada")).get().ok());
     return static_cast<const v1::ListJobsResponse&>(asked->reply()).jobs_size();
   };
-  const auto asked = call(Rpc::cancel_job);
+  const auto asked = call("CancelJob");
   static_cast<v1::CancelJobRequest&>(asked->request()).set_id(job.value);
   std::future<Status> answer = start(asked, user("ada"));
   EXPECT_EQ(seen(), v1::JOB_STATE_QUEUED);
@@ -214,7 +214,7 @@ TEST_F(OperationCallTest, AnEndIsShownOnceItIsStored) {
 
 TEST_F(OperationCallTest, ACallAboutAnotherUsersJobIsRefusedAndRecorded) {
   const JobId job = submit("ada");
-  const auto asked = call(Rpc::pause_job);
+  const auto asked = call("PauseJob");
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
   EXPECT_EQ(start(asked, user("eve")).get().code(), StatusCode::kPermissionDenied);
   on_farm([&](FarmLoop::TaskContext& context) {
@@ -241,7 +241,7 @@ TEST_F(OperationCallTest, AJobThatIsDeletedAfterADayIsRecorded) {
 }
 
 TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
-  const auto asked = call(Rpc::pause_job);
+  const auto asked = call("PauseJob");
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(7);
   EXPECT_EQ(start(asked, anybody()).get().code(), StatusCode::kNotFound);
   EXPECT_TRUE(actions().empty());
@@ -249,7 +249,7 @@ TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
 
 TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
   const auto notices = [&] {
-    const auto asked = call(Rpc::list_workers);
+    const auto asked = call("ListWorkers");
     EXPECT_TRUE(start(asked, user("ada")).get().ok());
     const auto& found = static_cast<const v1::ListWorkersResponse&>(asked->reply()).notices();
     return std::vector<std::string>(found.begin(), found.end());
@@ -264,7 +264,7 @@ TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
 TEST_F(OperationCallTest, AFullDiskTakesNoNewJobs) {
   let_commits();
   const auto submitted = [&](const std::string& request) {
-    const auto asked = call(Rpc::submit_job);
+    const auto asked = call("SubmitJob");
     JobSpec spec = job_of("ada");
     spec.request_id = request;
     to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
@@ -278,6 +278,59 @@ TEST_F(OperationCallTest, AFullDiskTakesNoNewJobs) {
   EXPECT_TRUE(submitted("before").ok()) << "it is there";
   runtime->loop().set_space("");
   EXPECT_TRUE(submitted("meanwhile").ok());
+}
+
+TEST_F(OperationCallTest, AJobsAssetsCountForItsOwner) {
+  let_commits();
+  const auto send = [&](const std::string& user, const std::string& bytes) {
+    const auto upload = runtime->assets().start_upload(sha256(bytes), user).value();
+    return upload->append(as_byte_view(bytes)).ok() && upload->finish().ok();
+  };
+  const std::string worker(kUploadsOfWorkers), texture(400'000, 't'), other(90'000, 'o');
+  const auto submitted = [&](const std::string& asset) {
+    const auto asked = call("SubmitJob");
+    JobSpec spec = job_of("ada");
+    spec.settings.assets = {sha256(asset)};
+    spec.request_id = spec.settings.assets->front().hex();
+    to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
+    return start(asked, user("ada")).get();
+  };
+  EXPECT_EQ(submitted(texture).code(), StatusCode::kFailedPrecondition) << "it is missing";
+  ASSERT_TRUE(send(worker, texture));
+  EXPECT_FALSE(send(worker, std::string(150'000, 'w'))) << "workers may have half of a user's";
+  EXPECT_TRUE(submitted(texture).ok());
+  EXPECT_TRUE(send(worker, other));
+  ASSERT_TRUE(send("ada", std::string(550'000, 'a')));
+  const Status refused = submitted(other);
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(message_of(refused).substr(0, 55), "the assets of 'ada' would exceed their limit of 1048576");
+}
+
+TEST_F(OperationCallTest, UsersCannotRaiseAPriorityAboveTheLimit) {
+  let_commits();
+  const auto submitted = [&](const Identity& by, std::int32_t priority) {
+    const auto asked = call("SubmitJob");
+    JobSpec spec = job_of("ada");
+    spec.request_id = fmt::format("{} {}", by.name, priority);
+    spec.priority = priority;
+    to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
+    return start(asked, by).get().code();
+  };
+  const Identity operating{"olga", {Role::submit, Role::operate}, Proof::token, 0, ""};
+  EXPECT_EQ(submitted(user("ada"), 10), StatusCode::kOk);
+  EXPECT_EQ(submitted(user("ada"), 11), StatusCode::kPermissionDenied);
+  EXPECT_EQ(submitted(operating, 11), StatusCode::kOk);
+  EXPECT_EQ(submitted(anybody(), 11), StatusCode::kOk) << "without authentication";
+  const auto changed = [&](const Identity& by, std::int32_t priority) {
+    const auto asked = call("SetPriority");
+    auto& request = static_cast<v1::SetPriorityRequest&>(asked->request());
+    request.set_id(1);
+    request.set_priority(priority);
+    return start(asked, by).get().code();
+  };
+  EXPECT_EQ(changed(user("ada"), -3), StatusCode::kOk);
+  EXPECT_EQ(changed(user("ada"), 11), StatusCode::kPermissionDenied);
+  EXPECT_EQ(changed(operating, 11), StatusCode::kOk);
 }
 
 TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
@@ -308,7 +361,7 @@ TEST_F(OperationCallTest, TheEntriesOfAListCountAsRequests) {
   const auto may_call = [&](const Identity& who) { return runtime->gate().take_request(who, "10.0.0.7:4711").ok(); };
   EXPECT_TRUE(may_call(user("ada")));
   for (int i = 0; i < 20; ++i) {  // as 40 requests of a caller that may send 10 at once and one a second
-    const auto asked = call(Rpc::list_jobs);
+    const auto asked = call("ListJobs");
     ASSERT_TRUE(start(asked, user("ada")).get().ok());
     ASSERT_EQ(static_cast<const v1::ListJobsResponse&>(asked->reply()).jobs_size(), 100);
   }
@@ -316,7 +369,7 @@ TEST_F(OperationCallTest, TheEntriesOfAListCountAsRequests) {
   EXPECT_TRUE(may_call(user("bob")));
 }
 
-TEST_F(OperationCallTest, ADamagedAssetHasTheOthersOfItsJobsCompared) {
+TEST_F(OperationCallTest, TheOtherAssetsOfAJobWithADamagedAssetAreChecked) {
   const std::vector<std::string> names{"one", "two", "three", "four"};
   for (const std::string& name : names) {
     const auto upload = runtime->assets().start_upload(sha256(name)).value();
@@ -352,7 +405,7 @@ TEST_F(OperationCallTest, AnInspectionIsForgottenWithItsCaller) {
   const auto upload = runtime->assets().start_upload(digest).value();
   ASSERT_TRUE(upload->append(as_byte_view("{}")).ok());
   ASSERT_TRUE(upload->finish().ok());
-  const auto asked = call(Rpc::inspect_scene);
+  const auto asked = call("InspectScene");
   auto& request = static_cast<v1::InspectSceneRequest&>(asked->request());
   v1::InspectSceneRequest::File* const file = request.add_files();
   file->set_path("a.json");

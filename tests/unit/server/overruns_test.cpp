@@ -8,7 +8,7 @@ class OverrunTest : public VerifyingTest {
  protected:
   JobId submit_unaudited(std::uint64_t samples = 64) {
     JobSpec job = spec("r1", samples, {0, 0, 64, 64});
-    job.verify_share = 0;
+    job.audit_share = 0;
     return submit(job);
   }
   /// The worker reports so much time on the first tile of its newest lease.

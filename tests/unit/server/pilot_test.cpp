@@ -11,7 +11,7 @@ TEST_F(PilotTest, OneWorkerRunsThePilotBeforeAnyRendering) {
   EXPECT_TRUE(got<LeaseGrant>(a).empty() && got<LeaseGrant>(b).empty());
   EXPECT_EQ(pilot(a).methods, (std::vector<std::string>{"path", "ao"}));
   EXPECT_EQ(pilot(a).settings.method, "auto");
-  EXPECT_EQ(status(job).method, "auto");
+  EXPECT_EQ(status(job).spec.settings.method, "auto");
   EXPECT_EQ(status(job).render_digest, Sha256{});
   EXPECT_EQ(status(job).fingerprint_class, "class-a") << "the job gets the class of the pilot's worker";
   pass(limits.copy_pilot_after - std::chrono::milliseconds(1));
@@ -29,12 +29,12 @@ TEST_F(PilotTest, ASlowPilotIsGivenToAnotherWorkerToo) {
   EXPECT_EQ(got<PilotGrant>(b).size(), 1u) << "an earlier worker of another class is skipped";
   EXPECT_TRUE(got<PilotGrant>(other_class).empty() && got<PilotGrant>(c).empty()) << "one copy";
   report(b, 1);
-  EXPECT_EQ(status(job).method, "ao");
+  EXPECT_EQ(status(job).spec.settings.method, "ao");
   ASSERT_EQ(got<LeaseCancel>(z).size(), 1u);
   EXPECT_EQ(got<LeaseCancel>(z)[0].leases, std::vector<LeaseId>{slow});
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
   report(z, 0);
-  EXPECT_EQ(status(job).method, "ao");
+  EXPECT_EQ(status(job).spec.settings.method, "ao");
   for (int i = 0; i < 3; ++i) {
     work(z);
     work(b);
@@ -54,14 +54,14 @@ TEST_F(PilotTest, ALostCopyIsCopiedAgain) {
   live(limits.disconnect_grace + std::chrono::seconds(1), {a, c});
   ASSERT_EQ(got<PilotGrant>(c).size(), 1u);
   report(c, 0);
-  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).spec.settings.method, "path");
 }
 
 TEST_F(PilotTest, ItsChoiceIsStoredAndRendered) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
   report(a, 1);
-  EXPECT_EQ(status(job).method, "ao");
+  EXPECT_EQ(status(job).spec.settings.method, "ao");
   EXPECT_EQ(status(job).method_notes, (MethodNotes{true, {"two do", "it is cheaper"}, {}, {}}));
   EXPECT_EQ(status(job).worker_seconds, 0.5);
   const JobRecord record = stored();
@@ -97,10 +97,10 @@ TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
   EXPECT_NE(pilot(b).lease, first.lease);
   EXPECT_EQ(status(job).counters.leases_lost, 1u);
   report(b, 0);
-  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).spec.settings.method, "path");
   const SessionId again = connect("a");
   say(again, PilotReport{first.lease, 1, {}, 0});
-  EXPECT_EQ(status(job).method, "path") << "a late report changes nothing";
+  EXPECT_EQ(status(job).spec.settings.method, "path") << "a late report changes nothing";
 }
 
 TEST_F(PilotTest, AReturningWorkerGetsItsPilotAgain) {
@@ -124,7 +124,7 @@ TEST_F(PilotTest, ARestartedCoordinatorAsksAgain) {
   EXPECT_EQ(status(job).render_digest, Sha256{});
   const SessionId again = connect("a");
   say(again, PilotReport{before.lease, 1, {}, 0});
-  EXPECT_EQ(status(job).method, "auto") << "this report was not requested";
+  EXPECT_EQ(status(job).spec.settings.method, "auto") << "this report was not requested";
   pass(limits.restart_grace + std::chrono::milliseconds(1));
   ASSERT_EQ(got<PilotGrant>(again).size(), 1u);
   report(again, 0);
@@ -137,18 +137,18 @@ TEST_F(PilotTest, ADamagedReportIsNoChoice) {
   const JobId job = submit_undecided();
   const LeaseId lease = pilot(a).lease;
   say(a, PilotReport{lease, 2, {}, 0});
-  EXPECT_EQ(status(job).method, "auto");
+  EXPECT_EQ(status(job).spec.settings.method, "auto");
   EXPECT_EQ(got<PilotGrant>(a).size(), 2u) << "again";
   EXPECT_EQ(status(job).counters.leases_lost, 1u);
   say(a, PilotReport{LeaseId{12345}, 0, {}, 0});
   const SessionId b = connect("b");
   say(b, PilotReport{pilot(a).lease, 0, {}, 0});
-  EXPECT_EQ(status(job).method, "auto") << "the report of another worker";
+  EXPECT_EQ(status(job).spec.settings.method, "auto") << "the report of another worker";
   say(a, PilotReport{pilot(a).lease, 0, {}, -1});
-  EXPECT_EQ(status(job).method, "auto");
+  EXPECT_EQ(status(job).spec.settings.method, "auto");
   ASSERT_EQ(got<PilotGrant>(b).size(), 1u) << "a worker with two invalid reports has to wait";
   report(b, 0);
-  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).spec.settings.method, "path");
 }
 
 TEST_F(PilotTest, AWorkerWithDamagedReportsIsDismissed) {
@@ -164,19 +164,19 @@ TEST_F(PilotTest, AWorkerWithDamagedReportsIsDismissed) {
   EXPECT_EQ(got<PilotGrant>(a).size(), limits.max_bad_results);
   const SessionId b = connect("b");
   report(b, 1);
-  EXPECT_EQ(status(job).method, "ao");
+  EXPECT_EQ(status(job).spec.settings.method, "ao");
 }
 
 TEST_F(PilotTest, ReasonsAreFewShortAndSafeToPrint) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
   say(a, PilotReport{pilot(a).lease, 0, {"one", "two", "three", "four"}, 0});
-  EXPECT_EQ(status(job).method, "auto") << "more reasons than methods";
+  EXPECT_EQ(status(job).spec.settings.method, "auto") << "more reasons than methods";
   say(a, PilotReport{pilot(a).lease, 0, {std::string(1025, 'x')}, 0});
-  EXPECT_EQ(status(job).method, "auto");
+  EXPECT_EQ(status(job).spec.settings.method, "auto");
   const SessionId b = connect("b");
   say(b, PilotReport{pilot(b).lease, 0, {"red\x1b[31m", std::string(1024, 'x')}, 0});
-  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).spec.settings.method, "path");
   EXPECT_EQ(status(job).method_notes.reasons,
             (std::vector<std::string>{"two do", "red\\x1b[31m", std::string(1024, 'x')}));
 }
@@ -198,7 +198,7 @@ TEST_F(PilotTest, ThePilotsTimeDoesNotCountAsTheJobs) {
   pass(std::chrono::milliseconds(200));
   work(a);
   EXPECT_EQ(status(id).state, JobState::done);
-  EXPECT_EQ(status(id).method, "ao");
+  EXPECT_EQ(status(id).spec.settings.method, "ao");
   EXPECT_GE(status(id).min_tile_samples, 1u);
 }
 
@@ -232,7 +232,7 @@ TEST_F(PilotTest, AReportOfAUnitOfTilesIsIgnored) {
   const SessionId a = connect("a");
   const JobId job = submit(spec());
   say(a, PilotReport{got<LeaseGrant>(a).at(0).lease, 0, {}, 0});
-  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).spec.settings.method, "path");
   work(a);
   EXPECT_EQ(status(job).state, JobState::done);
 }

@@ -112,7 +112,7 @@ TEST_F(PreparationTest, ScenesThatTakeLongDelayTheirOwnersNextOnes) {
   EXPECT_NEAR(given, 5, 2);
 }
 
-TEST_F(PreparationTest, OfOneOwnerMakesWayForAnotherOwner) {
+TEST_F(PreparationTest, AScenesPreparationMakesWayForAnotherOwner) {
   const SessionId a = connect("a"), b = connect("b");
   std::vector<JobId> anns;
   for (int i = 0; i < 10; ++i) {
@@ -146,7 +146,7 @@ TEST_F(PreparationTest, APilotOfOneOwnerMakesWayForAnotherOwner) {
   EXPECT_EQ(got<LeaseCancel>(a)[0].leases, std::vector<LeaseId>{got<PilotGrant>(a)[0].lease});
 }
 
-TEST_F(PreparationTest, EachOneHasLongerThanTheLastTime) {
+TEST_F(PreparationTest, EachAttemptHasMoreTimeThanTheLast) {
   limits.leases_per_worker = 1;
   restart({});
   const SessionId a = connect("a");

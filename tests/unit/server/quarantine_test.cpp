@@ -14,8 +14,8 @@ TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
   answer(two, 1);
   EXPECT_EQ(status(job).state, JobState::done) << "it does not wait for an auditor";
   EXPECT_TRUE(status(job).one_identity);
-  EXPECT_EQ(status(job).results_unverified, 1u);
-  EXPECT_EQ(status(job).counters.results_verified, 0u);
+  EXPECT_EQ(status(job).results_unaudited, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 0u);
 }
 
 TEST_F(QuarantineTest, AConvictedIdentityStaysOutUnderAnyName) {
@@ -65,7 +65,7 @@ TEST_F(QuarantineTest, ARestartedMachineIsRecognizedByItsHost) {
 
 TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
-  job.verify_share = 0;
+  job.audit_share = 0;
   const JobId id = submit(job);
   const SessionId suspect = connect_on("m1", "suspect"), beside = connect_on("m1", "beside");
   answer_one(suspect);
@@ -101,7 +101,7 @@ TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
 
 TEST_F(QuarantineTest, AnIdentityIsQuarantinedAndReleasedByItsName) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
-  job.verify_share = 0;
+  job.audit_share = 0;
   const JobId id = submit(job);
   const SessionId a = connect_with("render-3", "a", "m1", "h1");
   answer_one(a);

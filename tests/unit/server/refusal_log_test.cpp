@@ -6,11 +6,15 @@
 namespace lightmill {
 namespace {
 
+constexpr Rpc kCancel{kRenderService, "CancelJob", Right::steer_job, true};
+constexpr Rpc kPause{kRenderService, "PauseJob", Right::steer_job, true};
+constexpr Rpc kDrain{kRenderService, "DrainWorker", Right::steer_farm, true};
+
 Time at(double seconds) {
   return Time{from_seconds(seconds)};
 }
 
-Call call_of(const std::string& name, Rpc rpc = Rpc::work, const std::string& peer = "10.0.0.7:4711") {
+Call call_of(const std::string& name, const Rpc& rpc = kWork, const std::string& peer = "10.0.0.7:4711") {
   Call call;
   call.caller.name = name;
   call.caller.proof = name.empty() ? Proof::none : Proof::token;
@@ -28,7 +32,7 @@ TEST(RefusalLogTest, EqualRefusalsAreWrittenOnceAnHourWithTheirCount) {
   EXPECT_EQ(first->repeated, 0u);
   for (int minute = 1; minute < 60; ++minute) {  // from another port each time, as connections are
     const std::string peer = "10.0.0.7:" + std::to_string(5'000 + minute);
-    EXPECT_FALSE(log.take(call_of("render-1", Rpc::work, peer), {}, kRevoked, at(60.0 * minute))) << minute;
+    EXPECT_FALSE(log.take(call_of("render-1", kWork, peer), {}, kRevoked, at(60.0 * minute))) << minute;
   }
   const std::optional<SuppressedRefusals> again = log.take(call_of("render-1"), {}, kRevoked, at(3'600));
   ASSERT_TRUE(again);
@@ -39,16 +43,15 @@ TEST(RefusalLogTest, EqualRefusalsAreWrittenOnceAnHourWithTheirCount) {
 
 TEST(RefusalLogTest, DifferentRefusalsAreWrittenSeparately) {
   RefusalLog log;
-  EXPECT_TRUE(log.take(call_of("ada", Rpc::cancel_job), {7}, kRevoked, at(0)));
-  EXPECT_TRUE(log.take(call_of("ada", Rpc::cancel_job), {8}, kRevoked, at(0)));
-  EXPECT_TRUE(log.take(call_of("ada", Rpc::pause_job), {7}, kRevoked, at(0)));
-  EXPECT_TRUE(log.take(call_of("bob", Rpc::cancel_job), {7}, kRevoked, at(0)));
-  EXPECT_TRUE(log.take(call_of("ada", Rpc::cancel_job, "10.0.0.8:1"), {7}, kRevoked, at(0)));
-  EXPECT_TRUE(log.take(call_of("ada", Rpc::drain_worker), {0, "w1"}, kRevoked, at(0)));
-  EXPECT_TRUE(log.take(call_of("ada", Rpc::drain_worker), {0, "w2"}, kRevoked, at(0)));
-  EXPECT_TRUE(
-      log.take(call_of("ada", Rpc::cancel_job), {7}, make_error(StatusCode::kPermissionDenied, "its role"), at(0)));
-  EXPECT_FALSE(log.take(call_of("ada", Rpc::cancel_job), {7}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("ada", kCancel), {7}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("ada", kCancel), {8}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("ada", kPause), {7}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("bob", kCancel), {7}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("ada", kCancel, "10.0.0.8:1"), {7}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("ada", kDrain), {0, "w1"}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("ada", kDrain), {0, "w2"}, kRevoked, at(0)));
+  EXPECT_TRUE(log.take(call_of("ada", kCancel), {7}, make_error(StatusCode::kPermissionDenied, "its role"), at(0)));
+  EXPECT_FALSE(log.take(call_of("ada", kCancel), {7}, kRevoked, at(0)));
 }
 
 TEST(RefusalLogTest, AFloodLeavesAHundredThenTenAMinuteOfKnownAndUnknownCallers) {

@@ -9,7 +9,7 @@ class RefusalTest : public VerifyingTest {
   /// A job without audits. A worker that refused a job does not audit it, so tests would wait.
   JobId submit_unaudited(const std::string& request, std::uint64_t samples) {
     JobSpec job = spec(request, samples);
-    job.verify_share = 0;
+    job.audit_share = 0;
     return submit(job);
   }
   std::string reason(JobId job) const { return status(job).reason; }
@@ -47,6 +47,32 @@ TEST_F(RefusalTest, TwoIdentitiesFailTheJobWithBothReasons) {
   EXPECT_EQ(reason(job).find('\n'), std::string::npos);
   EXPECT_TRUE(reason(job).starts_with("worker a: mesh 'floor' is empty")) << reason(job);
   EXPECT_TRUE(reason(job).ends_with("; worker b: mesh 'wall' is empty")) << reason(job);
+}
+
+TEST_F(RefusalTest, TwoIdentitiesCannotFailAJobThatAThirdRenders) {
+  const JobId job = submit_unaudited("r1", 64);
+  const SessionId honest = connect_on("m3", "honest");
+  answer_one(honest);
+  ASSERT_GT(status(job).samples_done, 0u);
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
+  say(a, WorkerRefusal{job, "a library is broken"});
+  say(b, WorkerRefusal{job, "a library is broken"});
+  EXPECT_EQ(status(job).state, JobState::running) << reason(job);
+  work(honest);
+  EXPECT_EQ(status(job).state, JobState::done) << reason(job);
+}
+
+TEST_F(RefusalTest, TwoIdentitiesFailAJobWhenTheThirdHasLeft) {
+  const JobId job = submit_unaudited("r1", 64);
+  const SessionId third = connect_on("m3", "third");
+  answer_one(third);
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
+  say(a, WorkerRefusal{job, "asset 7 is damaged"});
+  say(b, WorkerRefusal{job, "asset 7 is damaged"});
+  EXPECT_EQ(status(job).state, JobState::running);
+  coordinator->worker_disconnected(third, now, effects);
+  pass_with({a, b}, limits.disconnect_grace + limits.auditor_patience);
+  EXPECT_EQ(status(job).state, JobState::failed);
 }
 
 TEST_F(RefusalTest, ASharedReasonIsListedOnce) {

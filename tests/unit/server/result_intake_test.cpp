@@ -12,9 +12,13 @@ TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
   const JobId job = submit(spec("r1", 64));
   SessionId session;
   const auto damage = std::vector<std::function<void(WorkerResult&)>>{
-      [](WorkerResult& bad) { bad.node.values[3] += 1; },  // the hash does not fit
+      [](WorkerResult& bad) { bad.damaged = true; },
       [](WorkerResult& bad) {
         bad.node.values[3] = NAN;
+        bad.hash = hash_of(bad.node);
+      },
+      [](WorkerResult& bad) {
+        bad.node.values[3] = 2 * largest_value(bad.node.range);
         bad.hash = hash_of(bad.node);
       },
       [](WorkerResult& bad) {
@@ -51,13 +55,26 @@ TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
     EXPECT_TRUE(got<Dismissal>(session).empty());
     const LeaseGrant grant = got<LeaseGrant>(session).back();
     WorkerResult bad = result(grant, grant.unit.tiles[0]);
-    bad.hash.low ^= 1;
+    bad.damaged = true;
     say(session, bad);
   }
   EXPECT_EQ(got<Dismissal>(session).size(), 1u);
   EXPECT_TRUE(coordinator->workers(now).empty());
   work(connect("honest"));
   EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(LeasingTest, AChangedResultHasAnotherHash) {
+  submit(spec("r1", 4));
+  const LeaseGrant grant = got<LeaseGrant>(connect("w")).at(0);
+  const WorkerResult sound = result(grant, grant.unit.tiles[0]);
+  EXPECT_TRUE(has_its_hash(sound));
+  WorkerResult changed = sound;
+  changed.node.values[3] += 1;
+  EXPECT_FALSE(has_its_hash(changed));
+  changed = sound;
+  changed.hash.low ^= 1;
+  EXPECT_FALSE(has_its_hash(changed));
 }
 
 TEST_F(LeasingTest, ResultsOfAnotherDigestOrBeyondTheGoalAreDropped) {

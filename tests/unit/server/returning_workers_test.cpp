@@ -1,4 +1,5 @@
 // Leases of workers that leave, come back, or are replaced.
+#include "server/domain/job.h"
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {
@@ -128,6 +129,20 @@ TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreAdopted) {
   }
   finish(session, grant);
   EXPECT_EQ(coordinator->film(JobId{1})->min_samples(), 4u);
+}
+
+TEST_F(LeasingTest, OnlyALeaseAfterTheJobsStartShowsThatItsClassIsStored) {
+  JobRecord record;
+  record.id = JobId{1};
+  record.spec = spec();
+  Job job(record, limits, now);
+  job.start("class-a", LeaseId{4});
+  job.unbind();
+  job.start("class-b", LeaseId{5});
+  job.came_back(LeaseId{5});
+  EXPECT_FALSE(job.digest_is_durable()) << "the last lease of the class before";
+  job.came_back(LeaseId{6});
+  EXPECT_TRUE(job.digest_is_durable());
 }
 
 TEST_F(LeasingTest, ADrainingWorkerGetsNoMore) {

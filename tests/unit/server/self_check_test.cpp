@@ -85,16 +85,16 @@ class Said {
 };
 
 /// A port whose server answers calls on the dials that `answers` accepts by number. On the others it sends only HTTP/2's
-/// settings.
+/// settings. A send may fail: a check that ends hangs up in the middle of a dial.
 class MoodyPort {
  public:
   explicit MoodyPort(std::function<bool(int)> answers)
       : listener_(Listener::open("127.0.0.1:0", "--listen", 8).value()) {
     listener_->start([answers = std::move(answers), dial = 0](int socket, const std::string&) mutable {
       constexpr std::string_view kSettings("\0\0\0\4\0\0\0\0\0", 9), kHeaders("\0\0\0\1\4\0\0\0\1", 9);
-      EXPECT_EQ(::send(socket, kSettings.data(), kSettings.size(), MSG_NOSIGNAL), 9);
+      (void)::send(socket, kSettings.data(), kSettings.size(), MSG_NOSIGNAL);
       if (answers(dial++)) {
-        EXPECT_EQ(::send(socket, kHeaders.data(), kHeaders.size(), MSG_NOSIGNAL), 9);
+        (void)::send(socket, kHeaders.data(), kHeaders.size(), MSG_NOSIGNAL);
         pollfd gone{socket, POLLRDHUP, 0};  // before it has read the answer, it might miss it
         EXPECT_EQ(::poll(&gone, 1, 60'000), 1);
       }

@@ -93,13 +93,5 @@ TEST(StreamSlots, ACallDisplacedBeforeItBeginsEndsWhenItBegins) {
   EXPECT_EQ(ends, 1);
 }
 
-TEST(StreamSlots, LongCallsHaveAKind) {
-  for (const RpcRule& rule : rpc_rules()) {
-    const bool lasts = rule.method == "UploadAsset" || rule.method == "DownloadAsset" || rule.method == "WatchJob" ||
-                       rule.method == "GetFilm" || rule.method == "StreamIsActive";
-    EXPECT_EQ(stream_kind(rule.rpc).has_value(), lasts) << rule.method;
-  }
-}
-
 }  // namespace
 }  // namespace lightmill

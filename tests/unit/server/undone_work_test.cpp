@@ -34,7 +34,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
     answer(c);
   }
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).results_unverified, 0u);
+  EXPECT_EQ(status(job).results_unaudited, 0u);
   EXPECT_EQ(sums_of(*coordinator->film(job), TileId{0})[0], 1.0f) << "the result of the honest machines";
 }
 
@@ -83,7 +83,7 @@ TEST_F(QuarantineTest, AQuarantinedWorkersResultIsGrantedAgainAfterItsAcknowledg
 
 TEST_F(QuarantineTest, ADepartedWorkersResultsCanBeRenderedAgain) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
-  job.verify_share = 0;
+  job.audit_share = 0;
   const JobId id = submit(job);
   const SessionId gone = connect_on("m1", "gone");
   while (waiting(gone) > 0) {
@@ -107,7 +107,7 @@ TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
   coordinator->worker_disconnected(b, now, effects);
   JobSpec job = spec("timed", 0, {0, 0, 64, 64});
   job.goal.seconds = 3;
-  job.verify_share = 0;
+  job.audit_share = 0;
   const JobId timed = submit(job);
   answer_one(liar);
   ASSERT_GT(waiting(liar), 0u);
@@ -145,7 +145,7 @@ TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarResumes) {
 TEST_F(QuarantineTest, SecondsOfDroppedResultsAreUsedAgain) {
   JobSpec timed = spec("first", 0, {0, 0, 64, 64});
   timed.goal.seconds = 5;
-  timed.verify_share = 0;
+  timed.audit_share = 0;
   const JobId first = submit(timed);
   const SessionId b = connect_on("m2", "b");
   const LeaseGrant honest = got<LeaseGrant>(b).at(0);
@@ -180,7 +180,7 @@ TEST_F(QuarantineTest, SecondsOfDroppedResultsAreUsedAgain) {
 TEST_F(QuarantineTest, ATimedJobUnderAuditResumesWhenSamplesAreDropped) {
   JobSpec timed = spec("timed", 0, {0, 0, 64, 64});
   timed.goal.seconds = 5;
-  timed.verify_share = 1;
+  timed.audit_share = 1;
   const JobId id = submit(timed);
   const SessionId liar = connect_on("m1", "liar"), c = connect_on("m2", "c"), d = connect_on("m3", "d");
   pass_with({liar, c, d}, std::chrono::seconds(6));

@@ -26,7 +26,7 @@ class VerifyingTest : public CoordinatorTest {
   }
   JobId submit_verified(double share = 1, const std::string& request = "r1", PixelRect crop = {0, 0, 64, 64}) {
     JobSpec job = spec(request, 1, crop);
-    job.verify_share = share;
+    job.audit_share = share;
     return submit(job);
   }
   /// Answers every lease that the session has not answered, with bits that differ by `lie`.

@@ -12,13 +12,13 @@ TEST_F(VerifyingTest, AResultIsRenderedAgainOnAnotherMachineBeforeTheJobIsDone) 
   EXPECT_EQ(waiting(again), 0u) << "two workers on one machine are one machine";
   ASSERT_EQ(waiting(b), 1u);
   EXPECT_EQ(got<LeaseGrant>(b)[0].unit, got<LeaseGrant>(a)[0].unit);
-  EXPECT_EQ(status(job).results_unverified, 1u);
+  EXPECT_EQ(status(job).results_unaudited, 1u);
   answer(b);
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).results_unverified, 0u);
-  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  EXPECT_EQ(status(job).results_unaudited, 0u);
+  EXPECT_EQ(status(job).counters.results_audited, 1u);
   EXPECT_EQ(status(job).counters.results_merged, 1u);
-  EXPECT_EQ(written<PutVerified>(), 1u);
+  EXPECT_EQ(written<PutAudited>(), 1u);
 }
 
 // A worker knows the job, its digest, tiles and samples. Only the store's secret decides which results are audited.
@@ -32,14 +32,14 @@ TEST_F(VerifyingTest, TheDrawDependsOnTheStoresSecretAndIsTheSameAfterATakeover)
     stored.secret = secret;
     restart(std::move(stored));
     JobSpec job = spec("r1", 1, {0, 0, 512, 512});
-    job.verify_share = 0.04;  // a result has 1000/64 parts, so about half are audited
+    job.audit_share = 0.04;  // a result has 1000/64 parts, so about half are audited
     submit(job);
     const SessionId a = connect_on("m1", "a");
     answer(a);
     std::vector<bool> audited;
     for (const StoreOp& op : writes) {
       if (const auto* const put = std::get_if<PutResult>(&op)) {
-        audited.push_back(put->to_verify);
+        audited.push_back(put->audit_pending);
       }
     }
     EXPECT_EQ(audited.size(), 64u);
@@ -56,8 +56,8 @@ TEST_F(VerifyingTest, AJobWithoutAnotherMachineIsDoneUnaudited) {
   connect_on("m1", "a2");
   answer(a);
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).results_unverified, 1u);
-  EXPECT_EQ(status(job).counters.results_verified, 0u);
+  EXPECT_EQ(status(job).results_unaudited, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 0u);
 }
 
 TEST_F(VerifyingTest, AnAuditWaitsForARecentMachine) {
@@ -85,7 +85,7 @@ TEST_F(VerifyingTest, APauseDoesNotEndTheWaitForAMachine) {
   EXPECT_EQ(status(job).state, JobState::running);
   const SessionId again = connect_on("m2", "b");
   answer(again);
-  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
 TEST_F(VerifyingTest, TheWaitForASilentMachineEnds) {
@@ -98,7 +98,7 @@ TEST_F(VerifyingTest, TheWaitForASilentMachineEnds) {
   EXPECT_EQ(status(job).state, JobState::running) << "it may come back";
   pass_with({b}, limits.auditor_patience - limits.silence);
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).results_unverified, 1u);
+  EXPECT_EQ(status(job).results_unaudited, 1u);
 }
 
 TEST_F(VerifyingTest, AHoldKeepsPendingAudits) {
@@ -115,7 +115,7 @@ TEST_F(VerifyingTest, AHoldKeepsPendingAudits) {
   flush();
   answer(b);
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
 TEST_F(VerifyingTest, ADeletedJobDropsItsPendingAudits) {
@@ -125,7 +125,7 @@ TEST_F(VerifyingTest, ADeletedJobDropsItsPendingAudits) {
   const SessionId a = connect_on("m1", "a");
   answer(a);
   ASSERT_EQ(status(job).state, JobState::done);
-  ASSERT_EQ(status(job).results_unverified, 1u);
+  ASSERT_EQ(status(job).results_unaudited, 1u);
   coordinator->worker_disconnected(a, now, effects);
   pass(limits.keep_ended + std::chrono::minutes(2));
   EXPECT_FALSE(coordinator->status(job, now).ok());
@@ -176,7 +176,7 @@ TEST_F(VerifyingTest, ARestartKeepsQuarantineAndPendingAudits) {
   stored.quarantine = {{{"liar", "m9"}, "it lied", 1}};
   restart(std::move(stored));
   EXPECT_EQ(worker("liar").quarantine, "it lied");
-  EXPECT_EQ(status(job).results_unverified, 1u);
+  EXPECT_EQ(status(job).results_unaudited, 1u);
   const SessionId liar = connect_on("m9", "liar");
   const SessionId b = connect_on("m2", "b");
   pass(limits.restart_grace);
@@ -184,7 +184,7 @@ TEST_F(VerifyingTest, ARestartKeepsQuarantineAndPendingAudits) {
   ASSERT_EQ(waiting(b), 1u);
   answer(b);
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
 TEST_F(VerifyingTest, RecordsOfLostSamplesAreDroppedWithTheNextEffects) {
@@ -211,14 +211,14 @@ TEST_F(VerifyingTest, ACancelledJobHasNoPendingAuditsAfterARestart) {
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
   say(a, first);
-  ASSERT_EQ(status(job).results_unverified, 1u);
+  ASSERT_EQ(status(job).results_unaudited, 1u);
   ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   EXPECT_EQ(got<LeaseCancel>(b).size(), 1u);
-  EXPECT_EQ(status(job).results_unverified, 0u);
+  EXPECT_EQ(status(job).results_unaudited, 0u);
   restart(stored_with(job, first, {"a", "m1"}));
   EXPECT_EQ(status(job).state, JobState::cancelled);
-  EXPECT_EQ(status(job).results_unverified, 0u);
+  EXPECT_EQ(status(job).results_unaudited, 0u);
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ TEST_P(AssetConformance, LimitsHold) {
   EXPECT_EQ(put(*store, "eleven bytes", sha256("eleven bytes")).code(), StatusCode::kResourceExhausted);
   EXPECT_TRUE(put(*store, "ten bytes!", sha256("ten bytes!")).ok());
   EXPECT_EQ(put(*store, "six bi", sha256("six bi")).code(), StatusCode::kResourceExhausted);
-  const auto room = [&store](std::uint64_t bytes) { return store->check_room(sha256("next"), bytes).code(); };
+  const auto room = [&store](std::uint64_t bytes) { return store->check_room(sha256("next"), "", bytes).code(); };
   EXPECT_EQ(room(5), StatusCode::kOk);
   EXPECT_EQ(room(6), StatusCode::kResourceExhausted) << "with those that are there";
   EXPECT_EQ(room(std::numeric_limits<std::uint64_t>::max()), StatusCode::kResourceExhausted);
@@ -120,10 +120,38 @@ TEST_P(AssetConformance, AUserCannotTakeTheRoomOfOthers) {
   store.reset();
   store = open(limits);
   EXPECT_EQ(send("ada", file('h', 1'000)), StatusCode::kOk) << "the store does not know whose they are";
-  store->attribute(sha256(file('g', 10'000)), "bob");
-  store->attribute(sha256(file('g', 10'000)), "ada");
+  EXPECT_TRUE(store->attribute(sha256(file('g', 10'000)), "bob", UserLimit::ignored).ok());
+  EXPECT_TRUE(store->attribute(sha256(file('g', 10'000)), "ada", UserLimit::ignored).ok());
   EXPECT_EQ(send("bob", "1"), StatusCode::kResourceExhausted);
   EXPECT_EQ(send("ada", file('i', 1'000)), StatusCode::kOk);
+}
+
+TEST_P(AssetConformance, AnAssetOfAWorkerBecomesItsUsers) {
+  const auto store = open({.user_bytes = 20'000});
+  const std::string worker(kUploadsOfWorkers), texture(5'000, 't'), other(4'000, 'o');
+  const auto send = [&](const std::string& user, const std::string& bytes) {
+    return put(*store, bytes, sha256(bytes), 1000, user).code();
+  };
+  const auto take = [&](const std::string& user, const std::string& bytes) {
+    return store->attribute(sha256(bytes), user, UserLimit::enforced).code();
+  };
+  EXPECT_EQ(take("ada", texture), StatusCode::kNotFound);
+  ASSERT_EQ(send(worker, texture), StatusCode::kOk);
+  EXPECT_EQ(store->check_room(sha256(other), worker, 4'000).code(), StatusCode::kResourceExhausted);
+  ASSERT_EQ(send(worker, other), StatusCode::kResourceExhausted);
+  EXPECT_EQ(take("ada", texture), StatusCode::kOk);
+  EXPECT_EQ(store->check_room(sha256(other), worker, 4'000).code(), StatusCode::kOk);
+  ASSERT_EQ(send(worker, other), StatusCode::kOk) << "the workers have their room again";
+  EXPECT_EQ(take("bob", texture), StatusCode::kOk) << "it stays ada's";
+  EXPECT_EQ(store->check_room(sha256("a"), "bob", 20'000).code(), StatusCode::kOk);
+  EXPECT_EQ(store->check_room(sha256("a"), "ada", 20'000 - (5'000 + 4'096)).code(), StatusCode::kOk);
+  EXPECT_EQ(store->check_room(sha256("a"), "ada", 20'001 - (5'000 + 4'096)).code(), StatusCode::kResourceExhausted);
+  ASSERT_EQ(send("ada", std::string(3'000, 'a')), StatusCode::kOk);
+  EXPECT_EQ(take("ada", other), StatusCode::kResourceExhausted);
+  EXPECT_EQ(store->check_room(sha256("a"), worker, 1'905).code(), StatusCode::kResourceExhausted) << "it stays theirs";
+  store->forget(*store->open_asset(sha256(texture)).value());
+  EXPECT_EQ(take("ada", other), StatusCode::kOk);
+  EXPECT_EQ(store->check_room(sha256("a"), worker, 10'000).code(), StatusCode::kOk);
 }
 
 TEST_P(AssetConformance, AForgottenAssetCanBeStoredAgain) {

@@ -34,6 +34,7 @@ TEST(AssetFolder, UploadsLeaveTheReserveFree) {
   const auto code = [&](std::uint64_t reserve_bytes) {
     const auto store = open_asset_folder(folder.path() / "assets", {.reserve_bytes = reserve_bytes}).value();
     const Status status = store->start_upload(sha256("bytes")).value()->append(as_byte_view("bytes"));
+    EXPECT_EQ(store->check_room(sha256("bytes"), "ada", 5).code(), status.code());
     EXPECT_TRUE(status.ok() || message_of(status).find("less than --reserve-gib") != std::string::npos) << status;
     EXPECT_EQ(store->total_bytes(), 0u);
     return status.code();

@@ -236,11 +236,11 @@ class AwayAssets final : public AssetStore {
  public:
   std::vector<Sha256> digests() const override { return {sha256("one")}; }
   Result<std::uint64_t> size(const Sha256&) const override { return std::uint64_t{3}; }
-  Status check_room(const Sha256&, std::uint64_t) const override { return unavailable("away"); }
+  Status check_room(const Sha256&, const std::string&, std::uint64_t) const override { return unavailable("away"); }
   Result<std::unique_ptr<Upload>> start_upload(const Sha256&, const std::string&) override {
     return unavailable("away");
   }
-  void attribute(const Sha256&, const std::string&) override {}
+  Status attribute(const Sha256&, const std::string&, UserLimit) override { return ok_status(); }
   Result<std::unique_ptr<Reader>> open_asset(const Sha256&) const override { return unavailable("away"); }
   std::uint64_t collect(const std::set<Sha256>&, std::int64_t) override { return collected = 1; }
   void forget(const Reader&) override { ++collected; }

@@ -56,7 +56,7 @@ TEST_P(StoreConformance, AnAlteredJobIsLeftOut) {
     const auto store = open();
     loaded(*store);
     JobRecord zeros = full_record(3);
-    zeros.spec.goal.seconds = zeros.spec.goal.error = zeros.spec.verify_share = -0.0;  // which SQLite keeps as 0
+    zeros.spec.goal.seconds = zeros.spec.goal.error = zeros.spec.audit_share = -0.0;  // which SQLite keeps as 0
     commit(*store, {PutJob{full_record(1)}, PutJob{zeros}, PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}});
   }
   EXPECT_TRUE(left_out().empty());
@@ -115,7 +115,7 @@ TEST_P(StoreConformance, OnlyTheDamagedRecordOfAResultIsDropped) {
     const auto store = open();
     loaded(*store);
     commit(*store, {PutJob{full_record(1)}, put(left), put(right), put(other)});
-    commit(*store, {PutVerified{other}});
+    commit(*store, {PutAudited{other}});
   }
   EXPECT_EQ(loaded(*open()).jobs.at(0).results.size(), 3u);
   const std::vector<std::pair<std::string, DropResultRow>> changes{

@@ -9,7 +9,7 @@
 #include "server/store/data_directory.h"
 #include "server/store/row_values.h"
 #include "server/store/sqlite/format_12.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/sqlite_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/store_conformance.h"
@@ -140,7 +140,7 @@ TEST_F(SqliteStoreTest, AStoreOfThePreviousFormatIsConvertedAndKept) {
   EXPECT_EQ(test::describe(open()->load().value()), test::describe(test::state_of_the_format_before()));
 }
 
-TEST_F(SqliteStoreTest, AStoreOfFormat13IsReadAsItIs) {
+TEST_F(SqliteStoreTest, AStoreOfFormat13IsMarkedAndKept) {
   const std::shared_ptr<const Node> node = test::small_node(0, 0, 1);
   ASSERT_TRUE(
       open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}, PutNode{JobId{1}, TileId{0}, node}}).ok());
@@ -155,6 +155,24 @@ TEST_F(SqliteStoreTest, AStoreOfFormat13IsReadAsItIs) {
     EXPECT_EQ(test::describe(test::load_with_films(*open()).value()), before);
   }
   EXPECT_EQ(number_in("PRAGMA user_version"), kSqliteFormatVersion);
+  // The way back: the copy.
+  std::filesystem::rename(file_.string() + ".format-13", file_);
+  std::filesystem::rename(file_.string() + ".format-13-chain", chain_);
+  EXPECT_EQ(number_in("PRAGMA user_version"), kSameTablesVersion);
+  EXPECT_EQ(test::describe(test::load_with_films(*open()).value()), before);
+}
+
+TEST_F(SqliteStoreTest, AStoreOfFormat13ThatCannotBeKeptIsNotMarked) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  sql(fmt::format("PRAGMA user_version = {}", kSameTablesVersion));
+  const std::filesystem::path kept = file_.string() + ".format-13";
+  std::filesystem::create_directories(kept / "in the way");
+  const Status refused = open_sqlite_store(file_).status();
+  EXPECT_EQ(message_of(refused).find(file_.string() + " cannot be kept as " + kept.string() + ": "), 0u) << refused;
+  EXPECT_FALSE(std::filesystem::exists(kept.string() + ".new"));
+  EXPECT_EQ(number_in("PRAGMA user_version"), kSameTablesVersion);
+  std::filesystem::remove_all(kept);
+  EXPECT_EQ(open()->load()->jobs.size(), 1u);
 }
 
 TEST_F(SqliteStoreTest, ANodeInThePlaceOfAnotherIsDamaged) {

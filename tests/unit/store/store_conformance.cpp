@@ -270,8 +270,8 @@ TEST_P(StoreConformance, ActionsAreKeptUntilTheyAreDroppedAndNeverChange) {
 
 TEST_P(StoreConformance, ResultsAreKeptUntilTheyAreDropped) {
   const JobId one{1}, two{2};
-  const auto result = [](JobId job, std::uint32_t tile, SampleRange range, const char* worker, bool to_verify) {
-    return PutResult{{job, TileId{tile}, range}, Hash128{range.level, range.index}, {worker, "m'1"}, to_verify};
+  const auto result = [](JobId job, std::uint32_t tile, SampleRange range, const char* worker, bool audit_pending) {
+    return PutResult{{job, TileId{tile}, range}, Hash128{range.level, range.index}, {worker, "m'1"}, audit_pending};
   };
   StoredState expected;
   expected.next_job_id = 3;
@@ -285,7 +285,7 @@ TEST_P(StoreConformance, ResultsAreKeptUntilTheyAreDropped) {
             result(one, 0, {0, 4}, "b", true), result(one, 0, {1, 3}, "b", false), result(one, 0, {3, 1}, "a", true),
             result(one, 5, {0, 4}, "a", false), result(two, 0, {0, 4}, "b", true)});
     // [4, 5) and [6, 8) of the tile lie within [4, 8). [0, 4) and [8, 16) do not.
-    commit(*store, {PutVerified{{one, TileId{0}, {3, 1}}}, DropResults{{one, TileId{0}, {2, 1}}}});
+    commit(*store, {PutAudited{{one, TileId{0}, {3, 1}}}, DropResults{{one, TileId{0}, {2, 1}}}});
   }
   expected.jobs[0].results = {{TileId{0}, {2, 0}, Hash128{2, 0}, 0, true},
                               {TileId{0}, {3, 1}, Hash128{3, 1}, 0, false},

@@ -43,7 +43,7 @@ JobRecord full_record(std::uint64_t id) {
   record.active_seconds = 0.1;
   record.worker_seconds = 1e9 + 0.25;
   record.counters = {1, 2, 3, 4, 5, 6, 7};
-  record.spec.verify_share = 0.125;
+  record.spec.audit_share = 0.125;
   record.spec.allow_mixed = true;
   record.submitted_unix_ms = 1'700'000'000'123;
   record.finished_unix_ms = 1'700'000'000'456;
@@ -107,14 +107,14 @@ std::string describe(const StoredState& state) {
         r.spec.goal.samples, r.spec.goal.seconds, r.spec.goal.error, static_cast<int>(r.reached),
         static_cast<int>(r.state), r.reason, r.fingerprint_class, r.active_seconds, r.worker_seconds,
         r.counters.results_merged, r.counters.results_duplicate, r.counters.leases_lost, r.counters.copies_leased,
-        r.counters.non_finite, r.counters.results_verified, r.counters.nodes_dropped, r.submitted_unix_ms,
+        r.counters.non_finite, r.counters.results_audited, r.counters.nodes_dropped, r.submitted_unix_ms,
         r.finished_unix_ms, r.method_notes.chosen, fmt::join(r.method_notes.reasons, "|"),
         fmt::join(r.method_notes.notices, "|"), fmt::join(r.method_notes.candidates, "|"));
     for (const ErrorPoint& point : r.history) {
       text += fmt::format("error {} {} {} {} ", point.samples, point.worker_seconds, point.rel_mse, point.half_width);
     }
     text += fmt::format("adaptive {} {} ", r.spec.goal.adaptive, fmt::join(r.allocation.shifts(), ","));
-    text += fmt::format("verify {} mixed {} ends with page {} ", r.spec.verify_share, r.spec.allow_mixed,
+    text += fmt::format("verify {} mixed {} ends with page {} ", r.spec.audit_share, r.spec.allow_mixed,
                         r.spec.ends_with_page);
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
@@ -126,7 +126,7 @@ std::string describe(const StoredState& state) {
       const Renderer& by = state.renderers.at(result.by);
       nodes.push_back(fmt::format(" result {} {}/{} {} {} on {} of {} {}", result.tile.value, result.range.level,
                                   result.range.index, result.hash.hex(), by.worker, by.identity, by.fingerprint_class,
-                                  result.to_verify));
+                                  result.audit_pending));
     }
     std::sort(nodes.begin(), nodes.end());
     for (const std::string& node : nodes) {

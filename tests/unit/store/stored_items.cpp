@@ -59,7 +59,7 @@ std::map<std::string, std::string> items_of(const StoredState& state) {
     }
     for (const StoredState::StoredResult& result : job.results) {
       items[fmt::format("{} result of tile {}", name, result.tile.value)] =
-          fmt::format("{} {} {}", result.hash.hex(), state.renderers.at(result.by).worker, result.to_verify);
+          fmt::format("{} {} {}", result.hash.hex(), state.renderers.at(result.by).worker, result.audit_pending);
     }
   }
   for (const TokenRecord& token : state.tokens) {

@@ -38,7 +38,7 @@ inline JobSpec example_spec() {
   spec.host = "engine";
   spec.parent = JobId{17};
   spec.priority = -3;
-  spec.verify_share = 0.25;
+  spec.audit_share = 0.25;
   spec.allow_mixed = true;
   spec.goal = {300, 12.5, 0.0123, true};
   spec.settings = example_settings();

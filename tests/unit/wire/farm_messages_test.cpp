@@ -64,7 +64,7 @@ TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   EXPECT_EQ(back->host, spec.host);
   EXPECT_EQ(back->parent, spec.parent);
   EXPECT_EQ(back->priority, spec.priority);
-  EXPECT_EQ(back->verify_share, spec.verify_share);
+  EXPECT_EQ(back->audit_share, spec.audit_share);
   EXPECT_EQ(back->allow_mixed, spec.allow_mixed);
   EXPECT_EQ(back->goal, spec.goal);
   expect_equal(back->settings, spec.settings);
@@ -79,22 +79,11 @@ TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
 TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
   JobStatus status;
   status.id = JobId{5};
-  status.name = "box";
-  status.owner = "ada";
-  status.host = "engine";
-  status.method = "path";
+  status.spec = example_spec();
   status.method_notes = {true, {"one", "two"}, {"path: some light is missing"}, {"path", "whitted"}};
   status.fingerprint_class = "zen";
-  status.parent = JobId{2};
   status.reason = "samples";
-  status.priority = 4;
-  status.goal = {64, 0, 0.5};
   status.reached = GoalLimit::error;
-  status.width = 512;
-  status.height = 256;
-  status.crop = {0, 0, 512, 255};
-  status.layers = {"direct", "light:key", "light:rest", "depth"};
-  status.seed = 99;
   status.samples_done = 10;
   status.samples_wanted = 20;
   status.min_tile_samples = 1;
@@ -107,15 +96,12 @@ TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
   status.error = {0.01, 0.001, true};
   status.history = {{16, 1.5, 0.5, 0.25}, {24.5, 3, 0.25, 0.125}};
   status.counters = {1, 2, 3, 4, 5, 6, 7};
-  status.verify_share = 0.25;
-  status.allow_mixed = true;
   status.one_identity = true;
-  status.results_unverified = 8;
+  status.results_unaudited = 8;
   status.audits_lost = 9;
   status.submitted_unix_ms = 1'700'000'000'000;
   status.finished_unix_ms = 1'700'000'000'001;
   status.render_digest = sha256("digest");
-  status.trace = trace_id("request");
   for (const JobState state :
        {JobState::queued, JobState::running, JobState::paused, JobState::done, JobState::failed, JobState::cancelled}) {
     status.state = state;
@@ -124,9 +110,9 @@ TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
     expect_every_field(job);
     EXPECT_EQ(from_wire(job.state()).value(), state);
     EXPECT_EQ(from_wire(job.method_notes()).value(), status.method_notes);
-    EXPECT_EQ(from_wire(job.goal()).value(), status.goal);
+    EXPECT_EQ(from_wire(job.goal()).value(), status.spec.goal);
     EXPECT_EQ(from_wire(job.reached()).value(), GoalLimit::error);
-    EXPECT_EQ(from_wire(job.crop()).value(), status.crop);
+    EXPECT_EQ(from_wire(job.crop()).value(), status.spec.settings.crop);
     EXPECT_EQ(job.error().half_width(), 0.001);
     ASSERT_EQ(job.history_size(), 2);
     EXPECT_EQ(from_wire(job.history(1)), status.history[1]);
@@ -134,14 +120,15 @@ TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
     EXPECT_EQ(counters.non_finite, 5u);
     EXPECT_EQ(counters.nodes_dropped, 7u);
     EXPECT_EQ(digest_from_bytes(job.render_digest()).value(), status.render_digest);
-    EXPECT_EQ(hash_from_bytes(job.trace_id()).value(), status.trace);
+    EXPECT_EQ(hash_from_bytes(job.trace_id()).value(), trace_id("request-1"));
     for (const char* text :
-         {"id: 5 name: \"box\" owner: \"ada\" host: \"engine\" method: \"path\" fingerprint_class: \"zen\" parent: 2",
-          "reason: \"samples\" priority: 4", "width: 512 height: 256", "seed: 99 samples_done: 10 samples_wanted: 20",
+         {"id: 5 name: \"box\" owner: \"ada\" host: \"engine\" method: \"path\" fingerprint_class: \"zen\" parent: 17",
+          "reason: \"samples\" priority: -3", "width: 640 height: 480",
+          "seed: 18446744073709551615 samples_done: 10 samples_wanted: 20",
           "min_tile_samples: 1 max_tile_samples: 3 active_seconds: 1.5 worker_seconds: 2.5",
           "samples_per_second: 1000000 eta_seconds: -1", "submitted_unix_ms: 1700000000000",
           "finished_unix_ms: 1700000000001", "frame_samples: 2 verify_share: 0.25 results_unverified: 8",
-          "layers: \"direct\" layers: \"light:key\" layers: \"light:rest\" layers: \"depth\" allow_mixed: true",
+          "layers: \"direct\" layers: \"normal\" layers: \"depth\" layers: \"id\" allow_mixed: true",
           "one_identity: true audits_lost: 9"}) {
       EXPECT_NE(job.ShortDebugString().find(text), std::string::npos) << job.ShortDebugString();
     }

@@ -195,7 +195,7 @@ TEST(MaterialJson, OpacityHasAValueAMapAndACutoff) {
        {std::pair{R"(, "opacity": {"value": 1.5})", "materials[0].opacity.value: must be in [0, 1], got 1.5"},
         {R"(, "opacity": {"mode": "MASK", "cutoff": -1})", "materials[0].opacity.cutoff: must be in [0, 1], got -1"},
         {R"(, "opacity": {"map": {"texture": "u"}})",
-         "materials[0].opacity.map.texture: unknown texture \"u\"; textures must name it"},
+         "materials[0].opacity.map.texture: unknown texture \"u\": textures must define it"},
         {R"(, "opacity": {"map": {"texture": "t"}}, "emission_flux": {"rgb": [1, 1, 1]})",
          "materials[0].emission_flux: a surface whose opacity varies cannot have a power"}}) {
     std::string error;
@@ -228,7 +228,7 @@ TEST(MaterialJson, NormalMapsAndBumpMapsAreRead) {
     return message.substr(message.find("materials[0]"));
   };
   EXPECT_EQ(refusal(R"("mirror": {}, "normal_map": {"texture": "u"})"),
-            "materials[0].normal_map.texture: unknown texture \"u\"; textures must name it");
+            "materials[0].normal_map.texture: unknown texture \"u\": textures must define it");
   EXPECT_EQ(refusal(R"("mirror": {}, "normal_map": {"texture": "t"}, "bump_map": {"texture": "t"})"),
             "materials[0].bump_map: give either a normal map or a bump map");
   EXPECT_EQ(refusal(R"("holdout": {}, "bump_map": {"texture": "t"})"),
@@ -266,7 +266,7 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
     return message.substr(message.find("materials[0]"));
   };
   EXPECT_EQ(refusal(R"("principled": {}, "roughness_map": {"texture": "u"})"),
-            "materials[0].roughness_map.texture: unknown texture \"u\"; textures must name it");
+            "materials[0].roughness_map.texture: unknown texture \"u\": textures must define it");
   EXPECT_EQ(refusal(R"("principled": {"roughness": 0}, "roughness_map": {"texture": "t"})"),
             "materials[0].roughness_map: multiplies the roughness of a dielectric, conductor or principled material, "
             "which must be above 0");

@@ -8,7 +8,7 @@
 #include "common/base/file.h"
 #include "lightmill/v1/scene.pb.h"
 #include "tests/support/error_message.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill {
 namespace {

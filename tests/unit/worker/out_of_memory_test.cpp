@@ -8,7 +8,7 @@
 #include "common/scene/mesh.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/little_memory.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 #include "worker/render/preparer.h"
 #include "worker/render/render_pool.h"

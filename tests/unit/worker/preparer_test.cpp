@@ -1,6 +1,6 @@
 // The thread that prepares jobs and runs pilots.
 #include "worker/render/preparer.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 #include <gtest/gtest.h>
 
@@ -256,6 +256,31 @@ TEST(SceneMemory, IsPredictedWithinAFactorAndNamesTheLargestPart) {
   const std::string lie = bytes.substr(0, 4) + std::string(4, '\0') + std::string(8, '\xff') + "short";
   const auto liar = [&](const Sha256&) -> Result<std::string> { return lie; };
   EXPECT_LT(estimate_memory(scene, liar, no_images)->bytes, std::uint64_t{32} << 20);
+}
+
+// Files are read one after the other, each with a copy for the decoder.
+TEST_F(PreparerTest, TheMemoryOfAScenesFilesAndLightsIsEstimated) {
+  const std::string padded(std::size_t{32} << 20, 'x'), small(1000, 's');
+  const Sha256 of_padded = sha256(padded), of_small = sha256(small);
+  const auto assets = [&](const Sha256& digest) -> Result<std::string> { return digest == of_padded ? padded : small; };
+  const auto tiny = [](ByteView, const std::string&) { return Result<ImageSize>(ImageSize{16, 16, 4, {}}); };
+  const auto bytes_of = [&](const Scene& scene) { return estimate_memory(scene, assets, tiny)->bytes; };
+  Scene scene;
+  const std::uint64_t empty = bytes_of(scene);
+  scene.textures.push_back({"padded", "padded.tif", of_padded});
+  scene.textures.push_back({"small", "small.tif", of_small});
+  EXPECT_EQ(bytes_of(scene), empty + 2 * padded.size() + 2 * 16 * 16 * 8);
+  EXPECT_EQ(estimate_memory(scene, assets, tiny)->largest, "the file of the texture \"padded.tif\"");
+  Scene lit;
+  for (int i = 0; i < 10'000; ++i) {
+    lit.lights.emplace_back();
+  }
+  EXPECT_GE(bytes_of(lit), empty + 10'000 * sizeof(Light));
+  Scene measured;
+  IesLight ies;
+  ies.asset = of_padded;
+  measured.lights.push_back({"lamp", ies});
+  EXPECT_GE(bytes_of(measured), empty + 2 * padded.size());
 }
 
 TEST_F(PreparerTest, ATooLargeSceneIsRefusedByNameAndTheNextIsPrepared) {

@@ -7,7 +7,7 @@
 #include <semaphore>
 
 #include "common/methods/spec/method_spec.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {

@@ -22,7 +22,7 @@ export interface LiveListener {
 
 const kCheckMs = 1_000;
 
-/** The id of this page. Jobs that are submitted for it end with its last connection. */
+/** The id of this page. Jobs submitted for it are deleted after its last connection has ended. */
 export const kPage = hexOf(crypto.getRandomValues(new Uint8Array(16)));
 
 export class Live {
@@ -101,11 +101,11 @@ export class Live {
     this.seen += 1n;
     this.listener.onLink('connected');
     this.listener.onUpdate(fromBinary(ViewUpdateSchema, new Uint8Array(bytes)));
-    // Sent after the update is drawn: a page that draws slowly gets fewer updates.
+    // Sent after the update is drawn, so a page that draws slowly gets fewer updates.
     requestAnimationFrame(() => this.say());
   }
 
-  /** A refused connection looks like a lost one, so this asks whether it was refused. */
+  /** Asks whether a connection was refused, because a refused one looks like a lost one. */
   private async onClose(socket: WebSocket, code: number): Promise<void> {
     const heard = this.seen > 0n;
     if (code === kNoLongerAllowed || (!heard && (await needsLogin()))) {

@@ -15,8 +15,8 @@ export interface ErrorCurve {
   /** The relMSE goal; undefined without an error goal. */
   target: number | undefined;
   /**
-   * The point at which the upper end meets the target, if errors fall as 1/seconds. `earliest` and `latest` are the same if the true error lies anywhere
-   * in its interval, and the interval keeps its relative width.
+   * The point at which the upper end meets the target, if errors fall as 1/seconds. `earliest` and `latest` are the range of `seconds` if
+   * the true error may lie anywhere in its interval, and the interval keeps its relative width.
    */
   finish: {seconds: number; error: number; earliest: number; latest: number} | undefined;
   /** Guide lines of slope −1 and −2 through the first point. Errors of independent samples fall with slope −1. */

@@ -117,7 +117,7 @@ export function methodName(job: Job): string {
   return candidates.length > 0 ? candidates.join(' or ') : job.method;
 }
 
-/** The disadvantage of a job that allows mixed fingerprint classes. */
+/** A warning for a job that allows mixed fingerprint classes. */
 export const kMixed = 'Workers of every fingerprint class may render it. If they round differently, its bits cannot be reproduced';
 
 /** "64 samples or ±1.0% or 2 min 00 s". */

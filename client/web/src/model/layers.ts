@@ -31,7 +31,7 @@ export function layerLabel(layer: string): string {
   return layer === '' ? 'Beauty' : layer === kRest ? 'All other light' : layer.startsWith(kLight) ? `Light: ${layer.slice(kLight.length)}` : (kLabels.get(layer) ?? layer);
 }
 
-/** Why a layer's pixels do not come, by layer; beauty is ''. */
+/** The reason why a layer's pixels are not sent, by layer; beauty is ''. */
 export type LayerFailures = ReadonlyMap<string, string>;
 export const kNoFailures: LayerFailures = new Map();
 
@@ -50,7 +50,7 @@ export function withLayerFailures(failures: LayerFailures, news: readonly LayerF
   return next;
 }
 
-/** A sentence about the wanted layers without pixels; empty if all come. */
+/** A sentence about the requested layers without pixels; empty if all are sent. */
 export function failureOf(failures: LayerFailures, wanted: readonly string[]): string {
   const failed = wanted.filter((layer) => failures.has(layer));
   return failed.length > 0 ? `${failed.map(layerLabel).join(', ')} cannot be shown: ${failures.get(failed[0]!)}` : '';

@@ -8,7 +8,7 @@ export interface QuickJobs<Request> {
 
 export interface QuickListener {
   onJob(job: bigint | undefined): void;
-  /** Empty: it works again. */
+  /** Empty: the failure is over. */
   onFailure(message: string): void;
 }
 
@@ -38,7 +38,7 @@ export class QuickLook<Request> {
     return this.job;
   }
 
-  /** Leaves its jobs alone: another farm answers now. */
+  /** Forgets its jobs without deleting them, because another farm answers now. */
   forget(): void {
     this.job = undefined;
     this.left.clear();
@@ -53,7 +53,7 @@ export class QuickLook<Request> {
   }
 
   private async work(): Promise<void> {
-    // Several requests in the same turn count as one.
+    // Several requests in the same turn of the event loop count as one.
     await Promise.resolve();
     while (this.waiting !== undefined) {
       const request = this.waiting;

@@ -18,8 +18,8 @@ export function begun<Value>(value: Value): Edits<Value> {
 
 /** An edit with an empty `of` is always separate. */
 export function edited<Value>(edits: Edits<Value>, value: Value, of: string): Edits<Value> {
-  const goesOn = of !== '' && of === edits.of && edits.past.length > 0;
-  const past = goesOn ? edits.past : [...edits.past, edits.now].slice(-kMostEdits);
+  const continues = of !== '' && of === edits.of && edits.past.length > 0;
+  const past = continues ? edits.past : [...edits.past, edits.now].slice(-kMostEdits);
   return {first: edits.first, past, now: value, future: [], of};
 }
 

@@ -41,7 +41,7 @@ export function useChartedJobs(ids: readonly bigint[]): [Job[], string] {
       stopped = true;
       clearInterval(timer);
     };
-    // After a reconnection the farm may have other jobs, or later states of these.
+    // After a reconnection the farm may have other jobs, or newer states of these.
   }, [asked, link === 'connected']);
   return [ids.map((id) => known.get(id)).filter((job) => job !== undefined), failure];
 }

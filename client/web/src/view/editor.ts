@@ -39,7 +39,7 @@ type Change = (edits: Edits<Draft>) => Edits<Draft>;
 function steeringOf(change: (by: Change) => void): Steering {
   const steer = (move: (scene: Scene) => Scene) => change((edits) => edited(edits, {...edits.now, scene: move(edits.now.scene)}, 'camera'));
   return {
-    // The scene follows the finger. A drag over the picture's height is half a turn.
+    // The scene follows the finger. A drag over the picture's height rotates it by 180 degrees.
     orbit: (x, y) => steer((scene) => withPose(scene, orbited(poseOf(scene.camera), -x * Math.PI, y * Math.PI))),
     pan: (x, y) => steer((scene) => withPose(scene, panned(poseOf(scene.camera), fovOf(scene.camera), x, y))),
     dolly: (factor) => steer((scene) => withPose(scene, dollied(poseOf(scene.camera), factor))),

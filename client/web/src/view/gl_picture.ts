@@ -1,4 +1,4 @@
-/** Draws a film with WebGL2 from linear half floats. Tiles are uploaded as they come, and one shader does everything else. */
+/** Drawing of a film with WebGL2, from linear half floats. Tiles are uploaded as they come, and one shader does everything else. */
 import type {Camera, Size} from '../model/camera';
 import {kComparisons, type Comparison} from '../model/comparison';
 import {kTileSide, type Film, type Rect} from '../model/film';

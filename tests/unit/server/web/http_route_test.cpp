@@ -7,7 +7,7 @@
 #include "common/base/file.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/web.pb.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
@@ -93,7 +93,7 @@ TEST(HttpRoute, EachRouteIsDescribedWithItsParameters) {
       EXPECT_NE(operation.handler.request->GetDescriptor()->FindFieldByName(taken.back()), nullptr) << form;
       at = end;
     }
-    if (operation.rpc == Rpc::submit_job) {
+    if (operation.rpc.method == "SubmitJob") {
       taken.emplace_back("page");  // only the page uses it
     }
     EXPECT_EQ(taken, described) << form;

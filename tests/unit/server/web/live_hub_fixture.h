@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <future>
 
 #include "lightmill/v1/web.pb.h"
 #include "server/web/live_hub.h"
+#include "tests/support/process.h"
 
 namespace lightmill::test {
 
@@ -62,17 +64,15 @@ class LiveHubTest : public ::testing::Test {
     EXPECT_TRUE(loop.stop().ok());
   }
 
-  static Call call_of(Identity caller) { return {std::move(caller), Rpc::watch_job, "10.0.0.7:4711"}; }
+  static Call call_of(Identity caller) { return {std::move(caller), kWatchJob, "10.0.0.7:4711"}; }
   /// Runs `task` on the farm thread, and waits for it.
   void on_farm(const FarmLoop::Task& task) {
-    std::atomic<bool> done = false;
-    ASSERT_TRUE(loop.post([&](FarmLoop::TaskContext& context) {
+    const auto done = std::make_shared<std::promise<void>>();
+    ASSERT_TRUE(loop.post([&task, done](FarmLoop::TaskContext& context) {
       task(context);
-      done = true;
+      done->set_value();
     }));
-    while (!done) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    ASSERT_EQ(done->get_future().wait_for(kPatience), std::future_status::ready);
   }
   JobId submit(const std::string& owner, const std::string& request_id, int width = 64, int height = 64,
                const std::vector<std::string>& layers = {}) {
@@ -99,7 +99,7 @@ class LiveHubTest : public ::testing::Test {
       const WorkerHello hello{"worker", "host", 1, 1, "class-a", kRendererVersion, {}, false};
       context.farm.worker_connected(SessionId{1}, hello, context.now, context.effects);
     });
-    for (bool done = false; !done;) {
+    EXPECT_TRUE(eventually([&] {
       std::vector<LeaseGrant> todo;
       {
         const MutexLock lock(mutex);
@@ -108,10 +108,12 @@ class LiveHubTest : public ::testing::Test {
       for (const LeaseGrant& grant : todo) {
         on_farm([&](FarmLoop::TaskContext& context) { complete(grant, context); });
       }
+      bool done = false;
       on_farm([&](FarmLoop::TaskContext& context) {
         done = context.farm.status(job, context.now)->state == JobState::done;
       });
-    }
+      return done;
+    }));
   }
   static void complete(const LeaseGrant& grant, FarmLoop::TaskContext& context) {
     const Film& film = *context.farm.film(grant.unit.job);

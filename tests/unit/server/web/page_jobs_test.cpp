@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "server/operations/operation.h"
+
 namespace lightmill {
 namespace {
 
@@ -19,7 +21,7 @@ class PassingClock final : public Clock {
 class PageJobsTest : public ::testing::Test {
  protected:
   static Call call_by(const std::string& name) {
-    return {{name, {Role::submit}, Proof::token, 0, "1"}, Rpc::submit_job, "10.0.0.1:1"};
+    return {{name, {Role::submit}, Proof::token, 0, "1"}, find_operation("SubmitJob")->rpc, "10.0.0.1:1"};
   }
   void submit(const std::string& page, std::uint64_t job, const std::string& caller = "ada") {
     jobs.submission_callback(page, call_by(caller))(JobId{job});
@@ -34,7 +36,7 @@ class PageJobsTest : public ::testing::Test {
   bool deletes = true;
   PageJobs jobs{[](const std::function<void()>& task) { task(); }, clock,
                 [this](const Call& call, JobId job, const std::function<void(bool)>& done) {
-                  EXPECT_EQ(call.rpc, Rpc::delete_job);
+                  EXPECT_EQ(call.rpc.method, "DeleteJob");
                   discarded.push_back(job.value);
                   done(deletes);
                 }};

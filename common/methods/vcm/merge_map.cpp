@@ -1,12 +1,12 @@
-#include "common/methods/photons/merge_map.h"
+#include "common/methods/vcm/merge_map.h"
 
 #include <limits>
 
-namespace lightmill::photons {
+namespace lightmill::vcm {
 
 /// Radii change by at most k = per_length times the distance. A search from p reaches a photon at d only if |r(p) −
 /// r(d)| < k·r(p). So r(p) lies between r(d)/(1 + k) and r(d)/(1 − k). The octaves are at least as wide.
-MergeMap::MergeMap(std::span<const Photon> photons, const MergeRadii& radii) {
+MergeMap::MergeMap(std::span<const photons::Photon> photons, const MergeRadii& radii) {
   if (photons.empty()) {
     return;
   }
@@ -45,10 +45,10 @@ void MergeMap::find(const Vec3& p, float radius, std::vector<std::uint32_t>& out
 
 std::uint64_t MergeMap::bytes() const {
   std::uint64_t sum = 0;
-  for (const PhotonMap& map : octaves_) {
-    sum += sizeof(PhotonMap) + map.bytes();
+  for (const photons::PhotonMap& map : octaves_) {
+    sum += sizeof(photons::PhotonMap) + map.bytes();
   }
   return sum;
 }
 
-}  // namespace lightmill::photons
+}  // namespace lightmill::vcm

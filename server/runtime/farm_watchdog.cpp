@@ -1,10 +1,10 @@
-#include "server/runtime/farm_pulse.h"
+#include "server/runtime/farm_watchdog.h"
 
 #include "common/base/log.h"
 
 namespace lightmill {
 
-FarmPulse::FarmPulse(FarmLoop& loop, std::function<void(bool)> on_change, Duration patience, Duration pause)
+FarmWatchdog::FarmWatchdog(FarmLoop& loop, std::function<void(bool)> on_change, Duration patience, Duration pause)
     : loop_(loop),
       on_change_(std::move(on_change)),
       patience_(patience),
@@ -12,7 +12,7 @@ FarmPulse::FarmPulse(FarmLoop& loop, std::function<void(bool)> on_change, Durati
       shared_(std::make_shared<Shared>()),
       thread_([this] { run(); }) {}
 
-FarmPulse::~FarmPulse() {
+FarmWatchdog::~FarmWatchdog() {
   {
     const MutexLock lock(shared_->mutex);
     shared_->stopping = true;
@@ -21,7 +21,7 @@ FarmPulse::~FarmPulse() {
   thread_.join();
 }
 
-void FarmPulse::ask() {
+void FarmWatchdog::ask() {
   {
     const MutexLock lock(shared_->mutex);
     shared_->answered = false;
@@ -33,7 +33,7 @@ void FarmPulse::ask() {
   });
 }
 
-bool FarmPulse::wait(Duration time, bool for_answer) {
+bool FarmWatchdog::wait(Duration time, bool for_answer) {
   const auto until = std::chrono::steady_clock::now() + time;
   const MutexLock lock(shared_->mutex);
   while (!shared_->stopping && !(for_answer && shared_->answered) &&
@@ -42,26 +42,26 @@ bool FarmPulse::wait(Duration time, bool for_answer) {
   return !shared_->stopping;
 }
 
-bool FarmPulse::answered() {
+bool FarmWatchdog::answered() {
   const MutexLock lock(shared_->mutex);
   return shared_->answered;
 }
 
-void FarmPulse::run() {
-  bool beats = true;
+void FarmWatchdog::run() {
+  bool answers = true;
   ask();
   while (wait(patience_, true)) {
-    if (const bool beats_now = answered(); beats_now != beats) {
-      beats = beats_now;
-      if (beats) {
+    if (const bool answers_now = answered(); answers_now != answers) {
+      answers = answers_now;
+      if (answers) {
         spdlog::info("the coordinator answers calls again");
       } else {
         spdlog::error("the coordinator has answered no call for {:.3g} s: health checks report this",
                       to_seconds(patience_));
       }
-      on_change_(beats);
+      on_change_(answers);
     }
-    if (beats) {
+    if (answers) {
       if (!wait(pause_, false)) {
         return;
       }

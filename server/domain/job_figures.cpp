@@ -1,4 +1,4 @@
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 
 #include <bit>
 #include <cmath>
@@ -32,24 +32,6 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
   const std::uint64_t first = std::uint64_t{layout.first_mean + layout.first_nearest} * std::min(parts, 4) +
                               std::uint64_t{layout.first_samples} * kFirstSamples;
   return pixels * (static_cast<std::uint64_t>(parts) * layout.summed_values() + first) * sizeof(float);
-}
-
-std::string_view name_of(JobState state) {
-  switch (state) {
-    case JobState::queued:
-      return "queued";
-    case JobState::running:
-      return "running";
-    case JobState::paused:
-      return "paused";
-    case JobState::done:
-      return "done";
-    case JobState::failed:
-      return "failed";
-    case JobState::cancelled:
-      return "cancelled";
-  }
-  return "unknown";
 }
 
 std::string describe(const Goal& goal) {

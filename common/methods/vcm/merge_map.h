@@ -8,7 +8,7 @@
 #include "common/math/transcendental.h"
 #include "common/methods/photons/photon_map.h"
 
-namespace lightmill::photons {
+namespace lightmill::vcm {
 
 /// Merging radii: the distance within which a light vertex and a camera vertex merge. The radius grows with the
 /// distance from the camera, between limits. Lengths are in the scene's frame.
@@ -30,11 +30,11 @@ struct MergeRadii {
 /// which is one or two. So a search visits eight cells at most, whose size is close to its radius. Where radii change
 /// fast with position, octaves are wider.
 ///
-/// Immutable. What it finds, and in which order, depends only on the photons and the radii.
+/// Immutable. Its results and their order depend only on the photons and the radii.
 class MergeMap {
  public:
   MergeMap() = default;
-  MergeMap(std::span<const Photon> photons, const MergeRadii& radii);
+  MergeMap(std::span<const photons::Photon> photons, const MergeRadii& radii);
 
   bool empty() const { return octaves_.empty(); }
   /// Appends the numbers of the photons nearer to `p` than `radius`, which is the merging radius at `p`.
@@ -45,7 +45,7 @@ class MergeMap {
   std::size_t octave(float radius) const;
 
   std::vector<float> limits_;  ///< largest radius by octave
-  std::vector<PhotonMap> octaves_;
+  std::vector<photons::PhotonMap> octaves_;
 };
 
-}  // namespace lightmill::photons
+}  // namespace lightmill::vcm

@@ -1,5 +1,5 @@
 // Health of a coordinator whose farm thread hangs.
-#include "server/runtime/farm_pulse.h"
+#include "server/runtime/farm_watchdog.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace lightmill::test {
 namespace {
 
 /// A farm thread over an empty store.
-class FarmPulseTest : public testing::Test {
+class FarmWatchdogTest : public testing::Test {
  protected:
   /// Keeps the farm thread from everything else until `release_` has its value.
   void hang() {
@@ -30,14 +30,14 @@ class FarmPulseTest : public testing::Test {
   std::promise<void> release_;
 };
 
-TEST_F(FarmPulseTest, AHungFarmThreadIsNotServing) {
+TEST_F(FarmWatchdogTest, AHungFarmThreadIsNotServing) {
   std::atomic<bool> serving = false;
   Readiness readiness([&](bool ready) { serving = ready; });
   readiness.start(nullptr);
   ASSERT_TRUE(serving);
   {
-    FarmPulse pulse(
-        loop_, [&](bool beats) { readiness.set_moving(beats); }, std::chrono::milliseconds(300),
+    FarmWatchdog watchdog(
+        loop_, [&](bool answers) { readiness.set_moving(answers); }, std::chrono::milliseconds(300),
         std::chrono::milliseconds(10));
     std::promise<void> runs;
     loop_.post_always([&runs](const FarmLoop::TaskContext&) { runs.set_value(); });
@@ -51,10 +51,10 @@ TEST_F(FarmPulseTest, AHungFarmThreadIsNotServing) {
   EXPECT_TRUE(loop_.stop().ok());
 }
 
-TEST_F(FarmPulseTest, EndsBesideAHungFarmThread) {
+TEST_F(FarmWatchdogTest, EndsBesideAHungFarmThread) {
   hang();
   {
-    const FarmPulse pulse(loop_, [](bool) {});
+    const FarmWatchdog watchdog(loop_, [](bool) {});
   }
   release_.set_value();
   EXPECT_TRUE(loop_.stop().ok());

@@ -1,8 +1,7 @@
-// Rules of jobs: figures that follow from a spec or a film, and new goals. Private to server/domain.
+// Figures of jobs that follow from a spec or a film: sizes, expected work and time, and new goals.
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "common/base/status.h"
 #include "common/farm/job.h"
@@ -14,9 +13,8 @@ namespace lightmill {
 class Job;
 
 /// Most bytes of the nodes of a finished film. Each tile has a node for each dyadic part of its sample count. With an
-/// error goal these are at least two. With a time goal, the count with most parts is taken that it can reach.
+/// error goal these are at least two. With a time goal, the reachable count with the most parts is assumed.
 std::uint64_t finished_bytes(const JobSpec& spec);
-std::string_view name_of(JobState state);
 std::string describe(const Goal& goal);
 
 /// Goal of an extended job. INVALID_ARGUMENT unless it asks for more than before.

@@ -1,4 +1,4 @@
-// Pulse of the farm thread: asks it regularly for an answer, from a thread of its own.
+// Watchdog of the farm thread: asks it regularly for an answer, from a thread of its own.
 #pragma once
 
 #include <functional>
@@ -11,20 +11,20 @@
 
 namespace lightmill {
 
-class FarmPulse {
+class FarmWatchdog {
  public:
-  /// Time between two questions, and the longest time that an answer may take. Storing waits in another thread, so a
-  /// farm thread that works needs much less.
+  /// Time between two questions, and the longest time that an answer may take. A working farm thread needs much less,
+  /// because another thread waits for the store.
   static constexpr Duration kPause = std::chrono::seconds(1), kPatience = std::chrono::seconds(10);
 
   /// `on_change` is called on the thread: with false when an answer takes longer than `patience`, and with true when it
   /// comes after that.
-  FarmPulse(FarmLoop& loop, std::function<void(bool)> on_change, Duration patience = kPatience,
-            Duration pause = kPause);
+  FarmWatchdog(FarmLoop& loop, std::function<void(bool)> on_change, Duration patience = kPatience,
+               Duration pause = kPause);
   /// Does not wait for an answer.
-  ~FarmPulse();
-  FarmPulse(const FarmPulse&) = delete;
-  FarmPulse& operator=(const FarmPulse&) = delete;
+  ~FarmWatchdog();
+  FarmWatchdog(const FarmWatchdog&) = delete;
+  FarmWatchdog& operator=(const FarmWatchdog&) = delete;
 
  private:
   /// A task that the farm thread has not run may outlive this object.
@@ -36,7 +36,7 @@ class FarmPulse {
   };
   void run();
   void ask();
-  /// Waits for `time` at most, or until the answer is there if one is wanted. False if the pulse stops.
+  /// Waits for `time` at most, or until the answer is there if one is wanted. False if the watchdog stops.
   bool wait(Duration time, bool for_answer);
   bool answered();
 

@@ -1,0 +1,66 @@
+// One pass of photons: what starts, and what is stored.
+#pragma once
+
+#include <vector>
+
+#include "common/lights/photon_emission.h"
+#include "common/methods/photons/film_splats.h"
+#include "common/methods/photons/photon.h"
+
+namespace lightmill::photons {
+
+/// What the photons of a method bring, and the defaults of their passes.
+struct PhotonKind {
+  bool caustic;                     ///< only light that goes via casters to a receiver; else all that surfaces receive
+  std::uint32_t pixels_per_photon;  ///< of the film, by default
+  double radius;                    ///< gather radius of the first pass, in pixels, by default
+  float meter_radius;               ///< of point meters, in gather radii
+  bool splats;                      ///< photons that the camera sees directly are drawn into pixels
+};
+
+/// Emission of photons, for all passes of a scene. Photons start at all lights that next-event estimation samples.
+/// Caustic photons are aimed at casters. Others also start at any environment. Emissive surfaces that are not sampled
+/// emit none. Camera paths find their light.
+struct PhotonSource {
+  PhotonEmission emission;
+  std::vector<std::uint32_t> media_low, media_high;  ///< by light: the media in which its light starts; empty: none
+};
+/// Light of a light with a position starts in the media at its centre. Other light starts in no medium.
+PhotonSource photon_source(const CompiledScene& scene, bool caustic);
+
+struct PhotonPassPlan {
+  PhotonKind kind;
+  std::uint32_t photons = 0;
+  std::uint32_t seed = 0;  ///< the pass's
+  std::uint32_t max_bounces = 0;
+  float radius_per_length = 0;  ///< gather radius over the length of the camera path
+
+  /// Radius of the disc of a point meter.
+  float meter_radius(const CompiledScene& scene, const CompiledMeter& meter) const;
+  float meter_area(const CompiledScene& scene, const CompiledMeter& meter) const;
+};
+
+/// A photon that crossed a meter.
+struct MeterHit {
+  std::uint32_t pixel = 0;  ///< of the meter's tile, drawn uniformly
+  std::uint32_t group = 0;  ///< its light group
+  Vec3 value{0};            ///< irradiance that this pixel estimates
+};
+
+/// Photons of one pass. Immutable once it is traced. A method's pass derives from it, and adds what finds its photons:
+///
+///   void trace(const CompiledScene&, const PhotonSource&, RenderCounters&, const std::stop_token&)
+///                                    by PhotonTracer; incomplete if a stop was requested
+///   void index(const CompiledScene&) follows, if there are photons
+///   std::uint64_t bytes() const
+struct PhotonPass {
+  PhotonPassPlan plan;
+  std::vector<Photon> photons;
+  std::vector<std::vector<MeterHit>> meters;  ///< one entry per meter of the scene
+  FilmSplats splats;
+  Vec3d power{0};             ///< sum over the photons, as they start
+  std::uint32_t started = 0;  ///< photons with power above 0
+  std::uint64_t bytes() const;
+};
+
+}  // namespace lightmill::photons

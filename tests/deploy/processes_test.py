@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Crashes of a test's programs fail the test, and ends that the test causes do not."""
+import os
+import pathlib
+import signal
+import sys
+import tempfile
+import unittest
+
+from patience import wait_until
+from processes import BackgroundProgram
+
+
+class Crashes(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def shell(self, commands):
+        program = BackgroundProgram(["sh", "-c", commands], self.folder / "log")
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        return program
+
+    def ended(self, commands):
+        program = self.shell(commands)
+        wait_until("it ends", lambda: program.poll() is not None)
+        return program
+
+    def test_a_signal_that_the_test_did_not_send_fails_it(self):
+        program = self.shell("exec sleep 1000")
+        os.kill(program.pid, signal.SIGSEGV)
+        self.assertRaisesRegex(AssertionError, "ended with -11", program.end)
+
+    def test_an_exit_code_fails_the_test(self):
+        self.assertRaisesRegex(AssertionError, "ended with 3", self.ended("exit 3").end)
+
+    def test_a_fault_in_the_log_fails_the_test(self):
+        self.assertRaisesRegex(AssertionError, "check failed: samples > 0",
+                               self.ended("echo 'film.cpp:7: check failed: samples > 0'").end)
+
+    def test_ends_that_the_test_causes_are_no_crashes(self):
+        self.ended("exit 0").end()
+        for sent in (signal.SIGTERM, signal.SIGKILL):
+            self.shell("exec sleep 1000").end(sent)
+
+
+if __name__ == "__main__":
+    sys.exit(0 if unittest.main(exit=False, verbosity=2).result.wasSuccessful() else 1)
