@@ -37,6 +37,7 @@ set(LIGHTMILL_SANITIZE "" CACHE STRING "sanitizers to build with, e.g. address,u
 if(LIGHTMILL_SANITIZE)
   add_compile_options(-fsanitize=${LIGHTMILL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${LIGHTMILL_SANITIZE})
+  add_compile_definitions(LIGHTMILL_SANITIZED)
   if(LIGHTMILL_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # These checks take a quarter of the compiler's time. The presets ubsan and fuzz have them.
     add_compile_options(-fno-sanitize=null,alignment,object-size)

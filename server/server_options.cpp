@@ -27,7 +27,7 @@ std::string default_data_directory() {
 void add_access_options(CLI::App& app, ServerOptions& options) {
   const char* const group = "Access";
   app.add_option(kCertificateOption, options.tls.certificate,
-                 "the coordinator's certificate: encrypts connections, and callers must authenticate")
+                 "the coordinator's certificate. With it, connections are encrypted and callers must authenticate")
       ->type_name("FILE")
       ->group(group);
   app.add_option(kKeyOption, options.tls.key, "its private key, if it is in a file of its own")
@@ -186,7 +186,7 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
             "after a start, running jobs wait this time for workers to return with the work that they hold");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
-            "the least time that a unit should take a worker");
+            "units are so large that each keeps its worker busy for at least this time");
   add_limit(
       app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
       "CPU time that a pilot, or one range of samples of a tile, may take. Beyond it, samples are given out one by "
@@ -221,7 +221,7 @@ void add_use_limits(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--user-priority", options.user_priority, "N", {0, 1'000'000},
             "the highest priority that a user without the role operate may give a job");
   add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
-            "requests per second of one caller, ten times as many at once");
+            "requests per second of one caller, and ten times as many in a burst");
   add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
             "limit of one caller for each of: asset transfers, film transfers, watched jobs, open pages, listening "
             "autoscalers");
@@ -241,11 +241,11 @@ void add_keeping_options(CLI::App& app, ServerOptions& options) {
             "ended jobs are deleted after this time; 0: never");
   add_limit(
       app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
-      "with less free space on the disk of --data, no job or asset is accepted and no work is given out; jobs say so, and "
-      "resume by themselves");
+      "free space on the disk of --data below which the coordinator accepts no job or asset, and gives out no work. Jobs "
+      "say so, and resume by themselves");
   add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
-            "changes that the farm's log keeps (`lightmill log`), and a quarter as many refusals and connected "
-            "workers");
+            "limit of the farm's log (`lightmill log`): N changes, and a quarter of N for refusals and for connecting "
+            "workers each. Newer entries replace the oldest");
   add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500},
             "entries of the farm's log are deleted after this time");
 }

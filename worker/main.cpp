@@ -176,9 +176,9 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
             "triangles of one scene; instances of a mesh count once")
       ->default_str("200 million");
   add_limit(app, "--image-megapixels", options.image_megapixels, "N", {0.001, 256.0},
-            "pixels of one decoded image, in units of 1,048,576");
+            "size of one decoded image, in units of 1,048,576 pixels");
   add_limit(app, "--images-gib", options.images_gib, "GIB", {0.001, 65536.0}, "all decoded images of one scene");
-  add_limit(app, "--scene-seconds", options.scene_seconds, "S", {1.0, 1e6},
+  add_limit(app, "--scene-seconds", options.scene_seconds, "SECONDS", {1.0, 1e6},
             "time to prepare one scene, without the download of its files. Scenes that take longer are left to other "
             "workers");
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");

@@ -18,10 +18,11 @@ void print_text(const Console& console, std::string_view text) {
 }
 
 void explain_access(const Console& console) {
-  print_text(console,
-             "A farm with a certificate requires authentication. Its authority (ca.pem) lets a program check the "
-             "coordinator, and encrypts the connection. A certificate or a token says who you are. If you give both, "
-             "the token counts.\n\n");
+  print_text(
+      console,
+      "A farm with a certificate requires authentication. With the certificate of its authority (ca.pem), a program "
+      "checks the coordinator and encrypts the connection. Your own certificate or token says who you are. If "
+      "you give both, the token counts.\n\n");
   print_table(console, {{"OPTION", "VARIABLE", "MEANS"},
                         {"--tls-ca FILE", "LIGHTMILL_TLS_CA", "the authority of the coordinator's certificate"},
                         {"--tls-cert FILE", "LIGHTMILL_TLS_CERT", "your certificate"},
@@ -44,23 +45,24 @@ void explain_access(const Console& console) {
 void explain_audits(const Console& console) {
   print_text(
       console,
-      "The farm renders a share of each job's results again on a worker of another identity, and compares the "
-      "bits. An identity is a certificate or token; without these, a machine. If the bits differ, a "
-      "third identity decides. A worker with a wrong result gets into quarantine, and its results are rendered again.\n\n"
-      "--verify sets the share: 1% (the default), 0.1%, all or none. `lightmill show JOB` says how many results "
-      "were audited, or why none.\n\n"
-      "Workers whose test renders have the same bits are of one fingerprint class. A job uses workers of one "
-      "class. With --allow-mixed it uses all. Then its bits depend on the workers, so the picture cannot be "
-      "verified, and audits compare only within a class.");
+      "An audit renders a result again on a worker of another identity, and compares the bits. The identity is the "
+      "worker's certificate or token. Without these it is the machine. If the bits differ, a third identity decides. "
+      "The worker with the wrong result enters quarantine, and the farm renders its results again.\n\n"
+      "--verify sets the share of a job's results that are audited: 1% (the default), 0.1%, all or none. `lightmill "
+      "show JOB` says how many were audited. If none was, it says why.\n\n"
+      "Workers with the same bits in a test render have the same fingerprint class. A job uses workers of one class. "
+      "With --allow-mixed it uses workers of all classes. Then the bits of its picture depend on the workers. "
+      "`lightmill verify` cannot check such a picture, and audits compare results of one class only.");
 }
 
 void explain_exit_codes(const Console& console) {
-  print_table(console, {{"CODE", "MEANS"},
-                        {"0", "done"},
-                        {"1", "the job failed, or a check found a difference"},
-                        {"2", "bad usage or bad input"},
-                        {"3", "the farm is unreachable or full: try again later"},
-                        {"130", "interrupted"}});
+  print_table(console,
+              {{"CODE", "MEANS"},
+               {"0", "done"},
+               {"1", "the job failed or was cancelled, a check found a difference, or a result could not be written"},
+               {"2", "bad usage or bad input"},
+               {"3", "the farm is unreachable or full: try again later"},
+               {"130", "interrupted"}});
 }
 
 void explain_farm(const Console& console) {
@@ -78,18 +80,19 @@ void explain_farm(const Console& console) {
 
 void explain_layers(const Console& console) {
   print_text(console, "--layers adds layers to the EXR. They do not change the picture.\n\n");
-  print_table(console,
-              {{"LAYER", "CHANNELS", "CONTENTS"},
-               {"direct", "Direct.R/G/B", "light that was scattered at most once"},
-               {"indirect", "Indirect.R/G/B", "all other light"},
-               {"caustic", "Caustic.R/G/B", "the part of indirect that photons carry by way of casters"},
-               {"bias", "Bias.R/G/B", "the change of the picture with half the gather radius, an estimate of the bias"},
-               {"light:NAME", "Light.NAME.R/G/B", "light of the light group NAME; Light.rest has all other light"},
-               {"albedo", "Albedo.R/G/B", "the reflectance of the first surface"},
-               {"normal", "N.X/Y/Z", "its shading normal, in scene coordinates"},
-               {"features", "Features.A/B...", "sums of albedo, normal and 1/depth, for --denoise"},
-               {"depth", "Z", "its distance from the camera's plane, in scene units"},
-               {"id", "CryptoObject.., CryptoMaterial..", "objects and materials as Cryptomatte"}});
+  print_table(
+      console,
+      {{"LAYER", "CHANNELS", "CONTENTS"},
+       {"direct", "Direct.R/G/B", "light that was scattered at most once"},
+       {"indirect", "Indirect.R/G/B", "all other light"},
+       {"caustic", "Caustic.R/G/B", "the part of indirect that arrives from casters: mirrors, glass and smooth metal"},
+       {"bias", "Bias.R/G/B", "an estimate of the bias: the picture minus one with half the gather radius"},
+       {"light:NAME", "Light.NAME.R/G/B", "light of the light group NAME; Light.rest has all other light"},
+       {"albedo", "Albedo.R/G/B", "the reflectance of the first surface"},
+       {"normal", "N.X/Y/Z", "its shading normal, in scene coordinates"},
+       {"features", "Features.A/B...", "sums of albedo, normal and 1/depth, for --denoise"},
+       {"depth", "Z", "its distance from the camera's plane, in scene units"},
+       {"id", "CryptoObject.., CryptoMaterial..", "objects and materials as Cryptomatte"}});
   console.result("");
   print_table(console, {{"METHOD", "LAYERS"},
                         {"caustic", "all"},
@@ -151,16 +154,17 @@ void explain_methods(const Console& console) {
   }
   print_table(console, rows);
   console.result("");
-  print_table(console,
-              {{"PARAMETER", "MEANS"},
-               {"photons=N", "photons of a pass, one pass for each sample (default: one for 16 pixels; vcm: for 4)"},
-               {"radius=C", "gather radius of the first pass, in pixels (default: 1.5; vcm: 0.5; ppm: 3)"},
-               {"caustic", "only photons that have met a mirror or glass first"},
-               {"no-absorption", "media inside shapes absorb no light"},
-               {"distance=D", "maximum distance of occluders, in scene units (default: unlimited)"},
-               {"flat", "shades with geometric normals"},
-               {"glass=R", "constant reflectance of smooth glass, instead of Fresnel's equations"},
-               {"brute-force", "all methods: test every triangle for every ray, to measure what the BVH saves"}});
+  print_table(
+      console,
+      {{"PARAMETER", "MEANS"},
+       {"photons=N", "photons per pass; a pass adds one sample to each pixel (default: 1 per 16 pixels; vcm: 1 per 4)"},
+       {"radius=C", "gather radius of the first pass, in pixels (default: 1.5; vcm: 0.5; ppm: 3)"},
+       {"caustic", "only photons that have met a mirror or glass first"},
+       {"no-absorption", "media inside shapes absorb no light"},
+       {"distance=D", "maximum distance of occluders, in scene units (default: unlimited)"},
+       {"flat", "shades with geometric normals"},
+       {"glass=R", "constant reflectance of smooth glass, instead of Fresnel's equations"},
+       {"brute-force", "all methods: test every triangle for every ray, to measure what the BVH saves"}});
   print_text(console, "\n  lightmill render scene.json --method caustic:photons=50000,radius=1 -o picture.exr");
 }
 
@@ -170,14 +174,16 @@ void explain_receipts(const Console& console) {
              "render. It also holds hashes of its pixels. `lightmill verify` checks three things:\n\n");
   print_table(console, {{"CHECK", "FINDS"},
                         {"the file", "damaged, truncated and edited files"},
-                        {"the receipt", "another scene, camera, method or seed than it claims"},
+                        {"the receipt", "a receipt of another scene, camera, method or seed"},
                         {"random tiles, rendered again", "pixels that were forged or computed wrongly"}});
-  print_text(console,
-             "\nA picture in which a share w of the tiles is wrong passes n tiles with probability (1 - w)^n. --share "
-             "sets how many are rendered. Methods with photons or light paths trace all of them for each tile.\n\n"
-             "The workers must have the renderer version and the fingerprint class of the picture. If its job allowed "
-             "mixed classes, only the file is checked.\n\n"
-             "  lightmill verify picture.exr scene.json --share 5%");
+  print_text(
+      console,
+      "\n--share sets the share of the tiles that are rendered again. If a share w of the tiles is wrong, n random "
+      "tiles miss all of them with probability (1 - w)^n. Each tile is a job of its own, in which methods with "
+      "photons or light paths trace all of them.\n\n"
+      "The workers must have the renderer version and the fingerprint class of the picture. If the job of the "
+      "picture allowed mixed classes, only the file is checked.\n\n"
+      "  lightmill verify picture.exr scene.json --share 5%");
 }
 
 void explain_scenes(const Console& console) {
@@ -195,7 +201,7 @@ void explain_scenes(const Console& console) {
        {"--camera NAME", "the file's camera with this name, or with this number, from 1"},
        {"--camera FILE", "a JSON file with a camera, as `lightmill check --save-camera` writes it"},
        {"--camera auto", "a view of everything from the front, above and right. Scenes without a camera get it"},
-       {"--sky auto", "OBJ and glTF files without a light source get an even white sky"},
+       {"--sky auto", "OBJ and glTF files without a light source get a uniform white sky"},
        {"--sky on, --sky off", "every scene gets it, or none"},
        {"--at SECONDS", "a glTF file at this moment of its first animation, or of the one given by --animation"},
        {"--mtl course", "Ka in MTL files is emission. The default if only some materials have Ka, and none has Ke"},

@@ -79,7 +79,7 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
     console.result("note: " + notice);
   }
   if (film->job.counters().results_verified() > 0 || film->job.counters().nodes_dropped() > 0) {
-    console.result(verification_text(film->job));
+    console.result(audits_text(film->job));
   }
   for (const NamedReading& reading : film->meters) {
     console.result(fmt::format("meter {}: {}", reading.meter.name, reading_text(reading)));

@@ -11,7 +11,9 @@ Result<PictureOutputs> PictureOptions::checked() const {
   PictureOutputs checked{outputs, {}, denoise};
   checked.view.exposure_stops = exposure_stops;
   checked.view.gamma = gamma;
-  LM_ASSIGN_OR_RETURN(checked.view.view, parse_view(view));
+  const Result<View> known = parse_view(view);
+  LM_RETURN_IF_ERROR(with_context(known.status(), "--view"));
+  checked.view.view = *known;
   if (!png_option.empty() && png_outputs().empty()) {
     return invalid_argument("{} applies only to PNG files, and none is written: add -o FILE.png", png_option);
   }

@@ -111,7 +111,7 @@ std::string trace_text(const v1::Job& job) {
   return trace.ok() ? trace->hex() : "none";
 }
 
-std::string verification_text(const v1::Job& job) {
+std::string audits_text(const v1::Job& job) {
   const std::uint64_t verified = job.counters().results_verified(), unverified = job.results_unverified(),
                       merged = job.counters().results_merged();
   std::string text;

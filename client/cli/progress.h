@@ -43,7 +43,7 @@ std::string short_samples_count(const v1::Job& job);
 int color_of_state(std::string_view state);
 
 /// "3 of 412 results were audited by another identity, with the same bits", or "unaudited: " and the reason.
-std::string verification_text(const v1::Job& job);
+std::string audits_text(const v1::Job& job);
 
 /// The trace id of the job in the logs of coordinator and workers, 32 hexadecimal digits. "none" if the coordinator has
 /// none.

@@ -42,7 +42,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->type_name("course|standard");
   command
       .add_option("--sky", options.sky,
-                  "an even white sky: on, off, or auto, which adds it to OBJ and glTF files without a light source")
+                  "a uniform white sky: on, off, or auto, which adds it to OBJ and glTF files without a light source")
       ->type_name("auto|on|off")
       ->capture_default_str();
   command.add_option("--at", options.at, "show a glTF file at this moment of its animation")

@@ -162,6 +162,18 @@ std::size_t columns_shown(const std::vector<Widths>& widths, int width) {
   return columns;
 }
 
+/// A line of the first columns. The widest ones are narrowed until it fits.
+Block line_layout(const std::vector<Widths>& widths, int width) {
+  Block block;
+  for (std::size_t i = 0; i < columns_shown(widths, width); ++i) {
+    block.columns.emplace_back(i, widths[i].all);
+  }
+  for (int over = width_of(block) - width; over > 0; --over) {
+    --std::ranges::max_element(block.columns, {}, &std::pair<std::size_t, int>::second)->second;
+  }
+  return block;
+}
+
 /// The columns of standard output's terminal; 0: none.
 int output_columns() {
   return terminal_columns(STDOUT_FILENO);
@@ -190,14 +202,7 @@ std::vector<std::string> format_table_in_lines(Rows rows, int width, const Color
     return format_table(std::move(rows), 0, coloring);
   }
   escape(rows);
-  const std::vector<Widths> widths = widths_of(rows);
-  Block block;
-  for (std::size_t i = 0; i < columns_shown(widths, width); ++i) {
-    block.columns.emplace_back(i, widths[i].all);
-  }
-  for (int over = width_of(block) - width; over > 0; --over) {
-    --std::ranges::max_element(block.columns, {}, &std::pair<std::size_t, int>::second)->second;
-  }
+  const Block block = line_layout(widths_of(rows), width);
   std::vector<std::string> lines;
   for (auto& row : rows) {
     for (const auto& [column, most] : block.columns) {
@@ -222,6 +227,27 @@ std::string hidden_columns(Rows rows, int width) {
                      least_width(widths, widths.size()));
 }
 
+std::string shortened_columns(Rows rows, int width) {
+  escape(rows);
+  const std::vector<Widths> widths = widths_of(rows);
+  std::vector<std::string> names;
+  if (width > 0) {
+    for (const auto& [column, columns] : line_layout(widths, width).columns) {
+      if (columns < widths[column].all) {
+        names.push_back(rows.front()[column]);
+      }
+    }
+  }
+  if (names.empty()) {
+    return "";
+  }
+  Block whole;
+  for (std::size_t i = 0; i < widths.size(); ++i) {
+    whole.columns.emplace_back(i, widths[i].all);
+  }
+  return fmt::format("shortened: {} (needs {} columns)", fmt::join(names, ", "), width_of(whole));
+}
+
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring) {
   for (const std::string& line : format_table(rows, output_columns(), coloring_of_output(coloring))) {
     console.styled_result(line);  // cells are escaped
@@ -233,8 +259,9 @@ void print_table_in_lines(const Console& console, const Rows& rows, const Colori
   for (const std::string& line : format_table_in_lines(rows, columns, coloring_of_output(coloring))) {
     console.styled_result(line);  // cells are escaped
   }
-  if (const std::string hidden = hidden_columns(rows, columns); !hidden.empty()) {
-    console.notice(hidden);
+  const std::string hidden = hidden_columns(rows, columns), shortened = shortened_columns(rows, columns);
+  if (!hidden.empty() || !shortened.empty()) {
+    console.notice(fmt::format("{}{}{}", hidden, hidden.empty() || shortened.empty() ? "" : "; ", shortened));
   }
 }
 

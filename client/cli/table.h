@@ -31,10 +31,13 @@ std::vector<std::string> format_table_in_lines(Rows rows, int width, const Color
 /// "hidden: SAMPLES, OWNER (needs 96 columns)", the columns that format_table_in_lines leaves out. Empty if none.
 std::string hidden_columns(Rows rows, int width);
 
+/// "shortened: NAME (needs 131 columns)", the columns with cells that format_table_in_lines shortens. Empty if none.
+std::string shortened_columns(Rows rows, int width);
+
 /// Prints rows for people. In a terminal they are fitted to it, and coloured if colors_wanted.
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring = {});
 
-/// The same with a line for each row. A notice names columns that do not fit the terminal.
+/// The same with a line for each row. A notice names the columns that are left out or shortened.
 void print_table_in_lines(const Console& console, const Rows& rows, const Coloring& coloring = {});
 
 }  // namespace lightmill::cli

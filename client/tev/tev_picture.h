@@ -1,4 +1,4 @@
-// A picture to be sent to a viewer: the newest version of each tile, and the tiles that the viewer lacks. Pure.
+// A picture for a viewer: the newest version of each tile, and the tiles that the viewer lacks. Pure.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class TevPicture {
   void put(TevTile tile);
   /// Starts with another viewer, which has nothing yet.
   void start_over();
-  /// Empty once the viewer was sent everything.
+  /// Empty once everything was sent.
   std::string next_packet();
 
  private:

@@ -7,26 +7,11 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/base/descriptor.h"
+
 namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
-
-/// Owns a file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) {
-      ::close(fd_);
-    }
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 Status errno_error(std::string_view what, const fs::path& path) {
   const int code = errno;
@@ -73,11 +58,11 @@ Status give_name(const fs::path& temporary, const fs::path& path, Existing exist
 Status write_temporary(const fs::path& temporary, const fs::path& path, ByteView bytes, mode_t mode) {
   ::unlink(temporary.c_str());  // left by an earlier process with the same number
   const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
-  if (fd.get() < 0) {
+  if (fd.number() < 0) {
     return errno_error("cannot write", path);
   }
-  LM_RETURN_IF_ERROR(write_all(fd.get(), bytes, path));
-  return ::fsync(fd.get()) == 0 ? ok_status() : errno_error("cannot write", path);
+  LM_RETURN_IF_ERROR(write_all(fd.number(), bytes, path));
+  return ::fsync(fd.number()) == 0 ? ok_status() : errno_error("cannot write", path);
 }
 
 Status write_and_name(const fs::path& path, ByteView bytes, mode_t mode, Existing existing) {
@@ -97,11 +82,11 @@ Status write_and_name(const fs::path& path, ByteView bytes, mode_t mode, Existin
 
 Result<std::string> read_file(const fs::path& path, std::uint64_t limit_bytes) {
   const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (fd.get() < 0) {
+  if (fd.number() < 0) {
     return errno_error("cannot open", path);
   }
   struct stat info {};
-  if (::fstat(fd.get(), &info) != 0) {
+  if (::fstat(fd.number(), &info) != 0) {
     return errno_error("cannot read", path);
   }
   if (S_ISDIR(info.st_mode)) {
@@ -110,7 +95,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit_bytes) {
   std::string bytes;
   std::array<char, 1 << 16> buffer;
   for (;;) {
-    const ssize_t got = ::read(fd.get(), buffer.data(), buffer.size());
+    const ssize_t got = ::read(fd.number(), buffer.data(), buffer.size());
     if (got < 0) {
       if (errno == EINTR) {
         continue;
@@ -130,7 +115,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit_bytes) {
 Status check_can_write(const fs::path& path) {
   const fs::path temporary = temporary_beside(path);
   const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-  if (fd.get() < 0) {
+  if (fd.number() < 0) {
     return errno_error("cannot write", path);
   }
   ::unlink(temporary.c_str());
@@ -147,13 +132,13 @@ Status write_secret_file(const fs::path& path, ByteView bytes, bool replace) {
 
 Status sync_file(const fs::path& path) {
   const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  return fd.get() >= 0 && ::fsync(fd.get()) == 0 ? ok_status() : errno_error("cannot flush", path);
+  return fd.number() >= 0 && ::fsync(fd.number()) == 0 ? ok_status() : errno_error("cannot flush", path);
 }
 
 Status sync_folder_of(const fs::path& path) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0 && ::fsync(directory.get()) == 0) {
+  if (directory.number() >= 0 && ::fsync(directory.number()) == 0) {
     return ok_status();
   }
   const bool impossible = errno == EACCES || errno == EINVAL || errno == ENOTSUP;

@@ -6,6 +6,9 @@
 
 #include <utility>
 
+#include "common/base/suggestion.h"
+#include "common/base/text_width.h"
+
 template void fmt::detail::vformat_to<char>(buffer<char>&, string_view, basic_format_args<buffer_context<char>>,
                                             locale_ref);
 
@@ -71,17 +74,19 @@ LogTrace::~LogTrace() {
 Status start_logging(std::string_view program, std::string_view level, std::string_view format) {
   const auto parsed = spdlog::level::from_str(std::string(level));
   if (parsed == spdlog::level::off && level != "off") {
-    return invalid_argument("log level must be trace, debug, info, warn, error or off, got '{}'", level);
+    return invalid_argument("--log-level: {}",
+                            unknown_text("level", level, {"trace", "debug", "info", "warn", "error", "off"}));
   }
-  auto logger = spdlog::stderr_color_mt(std::string(program));
+  auto logger = spdlog::stderr_color_mt(std::string(program),
+                                        colors_wanted() ? spdlog::color_mode::automatic : spdlog::color_mode::never);
   auto formatter = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
   if (format == "json") {
     formatter->add_flag<JsonEscapedMessage>('*').add_flag<TraceFields>('~', true);
     formatter->set_pattern(R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","program":"%n","pid":%P,"message":"%*"%~})");
   } else if (format == "text") {
-    formatter->add_flag<TraceFields>('~', false).set_pattern("%Y-%m-%d %H:%M:%S.%e %^%-5l%$ %n: %v%~");
+    formatter->add_flag<TraceFields>('~', false).set_pattern("%Y-%m-%d %H:%M:%S.%eZ %^%-5l%$ %n: %v%~");
   } else {
-    return invalid_argument("log format must be text or json, got '{}'", format);
+    return invalid_argument("--log-format: {}", unknown_text("format", format, {"text", "json"}));
   }
   logger->set_formatter(std::move(formatter));
   logger->set_level(parsed);

@@ -17,7 +17,8 @@ extern template void fmt::detail::vformat_to<char>(buffer<char>&, string_view, b
 namespace lightmill {
 
 /// Sets up the process's logger. `level` is trace, debug, info, warn, error or off. `format` is text or json. Each line
-/// names `program`. Call once, before threads start.
+/// has its time in UTC, and names `program`. In a terminal, levels are coloured if colors_wanted. Errors name the
+/// program's options --log-level and --log-format. Call once, before threads start.
 Status start_logging(std::string_view program, std::string_view level, std::string_view format);
 
 /// Adds trace_id=…, and span_id=… if `span` is not 0, to the log lines of its thread while it lives. In JSON they are

@@ -1,16 +1,11 @@
-// Constants that say whether this build has sanitizers. Their runtimes need more memory and system calls.
+// A constant that says whether this build has sanitizers. Their runtimes need more memory and system calls.
 #pragma once
 
 namespace lightmill {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// The build defines it, because GCC has no macro for the sanitizer of undefined behaviour.
+#ifdef LIGHTMILL_SANITIZED
 inline constexpr bool kSanitized = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
 #else
 inline constexpr bool kSanitized = false;
 #endif

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
+#include <utility>
 
 #include "common/base/suggestion.h"
 #include "common/base/text_width.h"
@@ -25,8 +27,47 @@ std::vector<std::string> commands_below(const CommandDoc& command) {
   return names;
 }
 
+/// The parts of a parser's text on both sides of `between`. Nothing if it is not there.
+std::optional<std::pair<std::string, std::string>> parts_of(const std::string& text, std::string_view between) {
+  const std::size_t at = text.find(between);
+  return at == std::string::npos ? std::nullopt
+                                 : std::optional(std::pair(text.substr(0, at), text.substr(at + between.size())));
+}
+
+/// The parser's text for a value that it cannot read, in our words.
+std::string conversion_text(const CLI::App& read, const std::string& text) {
+  constexpr std::string_view kBegin = "Could not convert: ";
+  const auto parts = text.starts_with(kBegin) ? parts_of(text.substr(kBegin.size()), " = ") : std::nullopt;
+  if (!parts) {
+    return text;
+  }
+  const auto& [name, value] = *parts;
+  const CLI::Option* const option = read.get_option_no_throw(name);
+  return option != nullptr && option->get_items_expected_max() == 0
+             ? fmt::format("{} takes no value, got '{}'", name, value)
+             : fmt::format("{}: a number is expected, got '{}'", name, value);
+}
+
+/// The parser's text for options that need or exclude each other, in our words.
+std::string pair_text(const CLI::ParseError& error, const std::string& text) {
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    if (const auto names = parts_of(text, " excludes ")) {
+      return fmt::format("{} and {} do not go together", names->first, names->second);
+    }
+  }
+  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr) {
+    if (const auto names = parts_of(text, " requires ")) {
+      return fmt::format("{} is given without {}", names->first, names->second);
+    }
+  }
+  return text;
+}
+
 /// The parser's text for what is missing, in our words.
 std::string missing_text(const CLI::App& read, const std::string& text) {
+  if (const auto parts = parts_of(text, ": 1 required "); parts && parts->second.ends_with(" missing")) {
+    return parts->first + ": a value is expected, got none";
+  }
   constexpr std::string_view kOneOf = "At least 1 option from [", kRequired = " is required";
   if (!text.ends_with(kRequired)) {
     return text;
@@ -81,6 +122,12 @@ std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) 
   const bool lacks_command = read.get_require_subcommand_min() > 0 && read.get_subcommands().empty();
   if (!left_over.empty() && (lacks_command || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)) {
     return unknown_word(read, left_over.front());
+  }
+  if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) {
+    return conversion_text(read, text);
+  }
+  if (const std::string pair = pair_text(error, text); pair != text) {
+    return pair;
   }
   // CLI11's text for an option that is given twice is about counts.
   const std::size_t twice = text.find(": At Most 1 required");

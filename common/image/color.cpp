@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/suggestion.h"
+
 namespace lightmill {
 
 float srgb_encode(float linear) {
@@ -26,7 +28,7 @@ Result<View> parse_view(std::string_view name) {
   if (name == "filmic") {
     return View::filmic;
   }
-  return invalid_argument("view must be plain or filmic, got '{}'", name);
+  return invalid_argument("{}", unknown_text("view", name, {"plain", "filmic"}));
 }
 
 float filmic_curve(float linear) {

@@ -90,7 +90,7 @@ inline EmissionPoint8 ball_emission_point(const V8& center, F8 radius, M8 lanes,
   return out;
 }
 
-/// Irradiance of a ball of even intensity on a surface with unit normal n, without occlusion.
+/// Irradiance of a ball of uniform intensity on a surface with unit normal n, without occlusion.
 inline Vec3d ball_irradiance(const Vec3d& intensity, const Vec3d& to_center, double radius, const Vec3d& n) {
   return glm::length(to_center) > radius
              ? intensity * (sphere_irradiance(to_center, radius, n) / (kPiDouble * radius * radius))

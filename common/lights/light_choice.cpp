@@ -85,9 +85,9 @@ LightChoice::Entries8 LightChoice::probabilities(Entries8 bounds) const {
     sum += bounds[i];
     shining += masked(bounds[i] > zero, F8(1.0f));
   }
-  const F8 by_bound = F8(1 - kEvenShare) / sum, even = F8(kEvenShare) / shining;
+  const F8 by_bound = F8(1 - kUniformShare) / sum, uniform = F8(kUniformShare) / shining;
   for (std::size_t i = 0; i < entries(); ++i) {
-    bounds[i] = masked(bounds[i] > zero, bounds[i] * by_bound + even);
+    bounds[i] = masked(bounds[i] > zero, bounds[i] * by_bound + uniform);
   }
   return bounds;
 }

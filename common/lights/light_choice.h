@@ -17,7 +17,7 @@ inline constexpr std::size_t kMostLightsTogether = 4;
 /// The entries of the choice are subtrees of a light BVH and groups of distant lights. Up to kMostEntries lights of
 /// either kind are entries of their own. An entry is chosen with the probability
 ///
-///   p = (1 − λ) bound / Σ bounds + λ / n,   λ = kEvenShare
+///   p = (1 − λ) bound / Σ bounds + λ / n,   λ = kUniformShare
 ///
 /// among the n entries whose bound is not zero. Bounds ignore occlusion, so most of the light may come from an entry
 /// with a small bound. The second term limits the variance that this causes. Let entries be single lights, and let the
@@ -26,7 +26,7 @@ inline constexpr std::size_t kMostLightsTogether = 4;
 class LightChoice {
  public:
   static constexpr std::size_t kMostEntries = 16;
-  static constexpr float kEvenShare = 0.125f;
+  static constexpr float kUniformShare = 0.125f;
 
   LightChoice() = default;
   /// All powers, intensities and irradiances must be positive.

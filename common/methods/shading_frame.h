@@ -1,7 +1,7 @@
-// Local frames of surfaces, in which methods evaluate BSDFs, and the rules where a map bends the shading normal.
+// Local frames of surfaces, in which methods evaluate BSDFs, and the rules for normals of normal maps and bump maps.
 //
-// A bent normal N leaves the geometric one, G, by up to 87 degrees. Then some directions on the right side of G are
-// behind N, and BSDFs scatter into directions behind G. Both would be black. The rules below keep the light:
+// Such a mapped normal N differs from the geometric one, G, by up to 87 degrees. Then some directions on the right side
+// of G are behind N, and BSDFs scatter into directions behind G. Both would be black. The rules below keep the light:
 //   - Light leaves to `wo`. If wo is behind N, the BSDF gets its mirror image about the plane of N. So radiance is
 //     continuous there, and diffuse surfaces look the same from everywhere.
 //   - Light that the BSDF takes from `wi` behind G comes from the mirror image of wi about the plane of G: a facet
@@ -12,7 +12,7 @@
 // Two published rules were compared. Microfacet-based normal mapping (Schüssler, Heitz, Hanika and Dachsbacher 2017) is
 // reciprocal, but its second facet fills the shadows. A diffuse surface tilted by θ gets cos α cos θ from a light at α
 // to G, on either side. So maps of diffuse surfaces do not show in the sun. Cycles' ensure_valid_specular_reflection
-// bends N by wo until no mirror direction is behind G. Then light paths have other frames than camera paths, and cannot
+// tilts N by wo until no mirror direction is behind G. Then light paths have other frames than camera paths, and cannot
 // invert mirrors.
 //
 // The BSDF is not reciprocal. Light paths scatter by its adjoint (Veach 1997, 5.3), see photon_tracer.cpp.
@@ -53,12 +53,12 @@ inline V8 mirror_image(const V8& direction, const V8& normal) {
 struct ShadingFrame8 {
   V8 facing;     ///< the geometric normal on the ray's side
   Frame8 frame;  ///< around the shading normal on the ray's side; its s is the direction of anisotropic surfaces
-  M8 bent;       ///< see Surface8
+  M8 mapped;     ///< see Surface8
 
   explicit ShadingFrame8(const Surface8& surface)
       : facing(select(surface.front, surface.geometric_normal, -surface.geometric_normal)),
         frame(select(surface.front, surface.shading_normal, -surface.shading_normal)),
-        bent(surface.bent) {
+        mapped(surface.mapped) {
     if (surface.directed.any()) [[unlikely]] {
       frame.turn(surface.tangent, surface.directed);
     }
@@ -69,7 +69,7 @@ struct ShadingFrame8 {
   /// The direction in which light leaves, as BSDFs take it: in the local frame, with a positive z.
   V8 wo(const V8& direction) const {
     V8 out = frame.to_local(direction);
-    out.z = select(bent, max(abs(out.z), F8(kLeastCosine)), out.z);
+    out.z = select(mapped, max(abs(out.z), F8(kLeastCosine)), out.z);
     return out;
   }
 
@@ -82,7 +82,7 @@ struct ShadingFrame8 {
       if (const M8 valid = lanes & scatters_to<Bsdf>(wi, side); valid.any()) {
         visit(wi, valid);
       }
-      lanes = lanes & bent;
+      lanes = lanes & mapped;
       if (mirrored || lanes.none()) {
         return;
       }
@@ -90,16 +90,16 @@ struct ShadingFrame8 {
     }
   }
 
-  /// Turns sampled directions to the right side of the geometric normal where the shading normal is bent. Returns the
-  /// lanes that stay on the wrong side.
+  /// Turns sampled directions to the right side of the geometric normal, at mapped normals. Returns the lanes that stay
+  /// on the wrong side.
   M8 turn(V8& direction, M8 transmitted) const {
     const F8 side = dot(direction, facing);
     const M8 wrong = select(transmitted, side > F8(0.0f), side < F8(0.0f));  // false where `side` is NaN
-    const M8 turned = wrong & bent;
+    const M8 turned = wrong & mapped;
     if (turned.any()) [[unlikely]] {
       direction = select(turned, mirror_image(direction, facing), direction);
     }
-    return and_not(wrong, bent);
+    return and_not(wrong, mapped);
   }
 
   static constexpr float kLeastCosine = 1e-4f;

@@ -40,9 +40,9 @@ std::string_view noun_of(const Material& material) {
       material.kind);
 }
 
-/// The gloss is added to the diffuse part. In even light, its Fresnel term is at most f0 + (1 − f0)/21 on average.
+/// The gloss is added to the diffuse part. In uniform light, its Fresnel term is at most f0 + (1 − f0)/21 on average.
 std::array<double, 3> burley_bound(const PrincipledMaterial& m) {
-  constexpr double kMostDiffuse = 1.07;  // in even light, at roughness 1
+  constexpr double kMostDiffuse = 1.07;  // in uniform light, at roughness 1
   const double root = (m.ior - 1) / (m.ior + 1), f0 = std::min(root * root * 2 * m.specular, 1.0);
   const double gloss = m.specular > 0 || m.coat > 0 ? std::max(f0, 0.04) + (1 - f0) / 21 : 0;
   const RgbColor& base = m.base_color.rgb;
@@ -114,10 +114,11 @@ struct Materials {
 void read_material(const Material& material, SceneFacts& facts, Materials& all) {
   const std::array<double, 3> albedo = albedo_of(material);
   const bool textured = is_textured(material);
-  facts.normal_maps = facts.normal_maps || bends_normals(material);
+  facts.normal_maps = facts.normal_maps || has_mapped_normals(material);
   facts.anisotropy = facts.anisotropy || is_anisotropic(material);
   facts.sheen = facts.sheen || has_sheen(material);
-  facts.textures = facts.textures || textured || bends_normals(material) || material.opacity.map.texture != kNoTexture;
+  facts.textures =
+      facts.textures || textured || has_mapped_normals(material) || material.opacity.map.texture != kNoTexture;
   facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
   if (uniform_opacity(material.opacity) != 1) {
     facts.see_through.add(named("material", material.name));

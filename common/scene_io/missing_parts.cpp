@@ -57,10 +57,10 @@ void add_missing_camera(LoadedScene& loaded) {
 
 void add_missing_light(LoadedScene& loaded) {
   if (!emits_light(loaded.scene)) {
-    loaded.notices.emplace_back("nothing emits light: an even white sky was added (--sky off leaves it out)");
+    loaded.notices.emplace_back("nothing emits light: a uniform white sky was added (--sky off leaves it out)");
   } else if (!is_course_cornell_box(bounds_of(loaded)) && !is_lit(loaded)) {
     loaded.notices.emplace_back(
-        "the emissive surfaces do not light the others: an even white sky was added (--sky off leaves it out)");
+        "the emissive surfaces do not light the others: a uniform white sky was added (--sky off leaves it out)");
   } else {
     return;
   }

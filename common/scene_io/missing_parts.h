@@ -12,7 +12,7 @@ Camera camera_for(const Bounds& box);
 /// Gives the scene such a camera of all its objects. INVALID_ARGUMENT if it has only planes.
 Status use_automatic_camera(LoadedScene& loaded);
 
-/// Adds an even white sky of radiance 1.
+/// Adds a uniform white sky of radiance 1.
 void add_sky(LoadedScene& loaded);
 
 /// Gives the scene of files without a camera the automatic one, or the view into the course's Cornell box if its bounds

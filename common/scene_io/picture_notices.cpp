@@ -15,7 +15,7 @@
 namespace lightmill {
 namespace {
 
-constexpr double kDot = 1.0 / 20;  ///< share of the film's width and height that counts as a dot
+constexpr double kTiny = 1.0 / 20;  ///< share of the film's width and height below which objects are too small
 
 /// The part of the film, whose edges are at ±1, in which a camera may see boxes.
 class View {
@@ -61,7 +61,7 @@ class View {
   /// Shares of the film's width and height.
   double width() const { return (high_.x - low_.x) / 2; }
   double height() const { return (high_.y - low_.y) / 2; }
-  bool mere_dot() const { return seen_ && width() < kDot && height() < kDot; }
+  bool is_tiny() const { return seen_ && width() < kTiny && height() < kTiny; }
 
  private:
   Vec3d eye_, forward_, right_, up_;
@@ -82,7 +82,7 @@ std::string view_notice(const LoadedScene& loaded, Boxes& boxes) {
   View view(scene.camera, scene.film);
   for (const Object& object : scene.objects) {
     view.add(boxes.of(object), Affine(object.transform));
-    if (!view.nothing() && !view.mere_dot()) {
+    if (!view.nothing() && !view.is_tiny()) {
       return "";
     }
   }

@@ -10,7 +10,7 @@ bool emits_light(const Scene& scene);
 
 /// Whether something lights the scene: a light, or emissive surfaces that light the others. Emissive details, such as
 /// displays and labels, do not suffice.
-/// - The mean irradiance of the other surfaces must be at least 1 % of that under an even white sky of radiance 1. It
+/// - The mean irradiance of the other surfaces must be at least 1 % of that under a uniform white sky of radiance 1. It
 ///   is estimated from 256 points on the emitters and 256 points on the surfaces, without shadows, so a surface on the
 ///   outside of a convex body receives nothing from another one.
 /// - Emissive textures do not count, because most of such a texture is black.

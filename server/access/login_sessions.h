@@ -25,7 +25,7 @@ class LoginSessions {
   Result<std::int64_t> add(std::string_view secret, const Identity& caller, std::int64_t now_unix_s);
   /// UNAUTHENTICATED if the secret is unknown or has expired. Does not check whether the token is still valid.
   Result<Identity> identify(std::string_view secret, std::int64_t now_unix_s) const;
-  /// Ends the sessions of callers for whom `holds` is false.
+  /// Ends the sessions whose callers fail `holds`.
   void keep(const std::function<bool(const Identity&)>& holds);
   /// Ends the session.
   void remove(std::string_view secret);

@@ -78,9 +78,9 @@ Status Coordinator::resume(JobId job, Time now, Effects& effects) {
 
 Status Coordinator::extend(JobId job, const Extension& to, Time now, Effects& effects) {
   const Event event = parts_->at(now, effects);
-  const Result<bool> goes_on = parts_->life_cycle.extend(job, to, event);
+  const Result<bool> continues = parts_->life_cycle.extend(job, to, event);
   parts_->films.make_room(0, now);
-  return parts_->serve_if(goes_on, event);
+  return parts_->serve_if(continues, event);
 }
 
 Status Coordinator::set_priority(JobId job, std::int32_t priority, Time now, Effects& effects) {

@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-/// Least time between two notes that the farm is full.
+/// Minimum time between two notes that the farm is full.
 constexpr Duration kFullNotePause = std::chrono::minutes(1);
 
 }  // namespace
@@ -11,10 +11,10 @@ constexpr Duration kFullNotePause = std::chrono::minutes(1);
 void Dismissals::dismiss(SessionId session, std::string reason, const Event& event, bool for_now) {
   const std::string& name = workers_.find_session(session)->worker;
   if (!for_now) {
-    event.warn(about(name), "worker {} is dismissed: {}", name, reason);
+    event.warn(about(name), "the session of worker {} is ended: {}", name, reason);
   } else if (event.now >= next_full_note_) {  // workers retry
     next_full_note_ = event.now + kFullNotePause;
-    event.warn(about(name), "worker {} finds no room: {}", name, reason);
+    event.warn(about(name), "worker {} is refused: {}", name, reason);
   }
   event.send_after_commit(session, Dismissal{std::move(reason), for_now});
   workers_.end_current(session);
@@ -36,7 +36,10 @@ void Dismissals::judge(SessionId session, std::uint32_t bad_results, const Statu
   }
   if (bad_results >= limits_.max_bad_results) {
     const std::string name = worker->name();
-    dismiss(session, fmt::format("{} damaged results, the last: {}", bad_results, message_of(error)), event);
+    dismiss(
+        session,
+        fmt::format("the worker sent {} invalid results; error of the last one: {}", bad_results, message_of(error)),
+        event);
     while (!worker->leases().empty()) {
       life_cycle_.end_lease(*worker->leases().begin(), {.lost = true}, event);
     }

@@ -1,6 +1,6 @@
 // Dismissals: sessions that the coordinator ends with a message, for example after too many invalid results.
 //
-// Owns the time of the next note that the farm is full. Takes invalid messages of workers.
+// Owns the time of the next note that the farm is full.
 #pragma once
 
 #include "server/domain/inspections.h"
@@ -21,10 +21,11 @@ class Dismissals {
 
   /// Ends the session with a message. `for_now`: because the farm is full.
   void dismiss(SessionId session, std::string reason, const Event& event, bool for_now = false);
-  /// Takes back the lease of an invalid message, if the session's worker has it. Counts the message for the worker's
-  /// identity. Too many end the session.
+  /// For an invalid message. Takes back the lease that it names, if the session's worker has it. Counts the message for
+  /// the worker's identity, and calls `judge`.
   void distrust(SessionId session, LeaseId lease, const Status& error, const Event& event);
-  /// Ends the session if these are too many bad results. Else its worker gets work again.
+  /// Ends the session if `bad_results` has reached the limit. Otherwise its worker gets work again. `error`: of the last
+  /// bad result.
   void judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event);
 
  private:

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/check.h"
+#include "common/base/number_text.h"
 #include "common/farm/job_rules.h"
 #include "common/methods/spec/method_spec.h"
 #include "server/domain/job.h"
@@ -37,10 +38,10 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
 std::string describe(const Goal& goal) {
   std::string text;
   if (goal.samples > 0) {
-    text = fmt::format("{} samples per pixel", goal.samples);
+    text = counted(goal.samples, "sample") + " per pixel";
   }
   if (goal.seconds > 0) {
-    text += fmt::format("{}{} seconds", text.empty() ? "" : " or ", goal.seconds);
+    text += fmt::format("{}{} second{}", text.empty() ? "" : " or ", goal.seconds, goal.seconds == 1 ? "" : "s");
   }
   if (goal.error > 0) {
     text += fmt::format("{}error {}", text.empty() ? "" : " or ", goal.error);

@@ -44,7 +44,7 @@ struct CoordinatorLimits {
   /// A lease is lost after this time without a result, even if its worker is heard.
   Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }
   std::uint32_t refusals = 2;         ///< a job fails after refusals by this number of identities
-  std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after this number of damaged results of its identity
+  std::uint32_t max_bad_results = 3;  ///< a session ends after this number of invalid results of its identity
   /// A job with a complete film waits for auditors that were heard within this time.
   Duration auditor_patience = std::chrono::seconds(45);
   /// Size of the scenes of all jobs, with ended ones. Those of one owner may have half of it.

@@ -71,10 +71,10 @@ std::optional<Renderer> Provenance::find(const std::string& worker) const {
   return found == renderers_.end() ? std::nullopt : std::optional(*found);
 }
 
-std::vector<bool> Provenance::accomplices(const Renderer& guilty) const {
+std::vector<bool> Provenance::sharing_quarantine(const Renderer& faulty) const {
   std::vector<bool> found;
   for (const Renderer& each : renderers_) {
-    found.push_back(shares_guilt(guilty, each));
+    found.push_back(shares_quarantine(faulty, each));
   }
   return found;
 }

@@ -36,8 +36,8 @@ class Provenance {
   const Renderer& renderer(std::uint32_t index) const { return renderers_.at(index); }
   /// A renderer of this name, or else of this identity.
   std::optional<Renderer> find(const std::string& worker) const;
-  /// For each index: whether this renderer shares the guilt of that one.
-  std::vector<bool> accomplices(const Renderer& guilty) const;
+  /// For each index: whether this renderer shares the quarantine of `faulty`.
+  std::vector<bool> sharing_quarantine(const Renderer& faulty) const;
   /// Nodes of the job with parts of these renderers.
   std::vector<Place> nodes_of(JobId job, const std::vector<bool>& renderers) const;
 

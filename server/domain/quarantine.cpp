@@ -2,20 +2,20 @@
 
 namespace lightmill {
 
-void Quarantine::put(const Renderer& guilty, const std::string& reason, const Event& event) {
-  const Worker* const here = workers_.find(guilty.worker);
-  const QuarantineRecord record{{guilty.worker, guilty.identity},
+void Quarantine::put(const Renderer& faulty, const std::string& reason, const Event& event) {
+  const Worker* const here = workers_.find(faulty.worker);
+  const QuarantineRecord record{{faulty.worker, faulty.identity},
                                 reason,
                                 event.unix_ms,
                                 std::string(here == nullptr ? "" : here->host_as_identity())};
   if (list_.put(record)) {
     event.store(PutQuarantine{record});
-    event.warn(about(guilty.worker), "worker {} is in quarantine, with all workers of {}: {}", guilty.worker,
-               guilty.identity, reason);
+    event.warn(about(faulty.worker), "worker {} is in quarantine, with all workers of {}: {}", faulty.worker,
+               faulty.identity, reason);
   }
   std::vector<std::string> held;
   for (auto& [name, worker] : workers_.all()) {
-    if (shares_guilt(record, worker.renderer(), worker.host_as_identity())) {
+    if (shares_quarantine(record, worker.renderer(), worker.host_as_identity())) {
       hold(worker, reason, event);
       held.push_back(name);
     }
@@ -23,7 +23,7 @@ void Quarantine::put(const Renderer& guilty, const std::string& reason, const Ev
   for (const std::string& name : held) {
     workers_.forget_if_gone(name, event);  // it was known only for its leases
   }
-  let_go(event);  // workers of this name may have another identity now
+  release_unlisted(event);  // workers of this name may have another identity now
 }
 
 void Quarantine::hold(Worker& worker, const std::string& reason, const Event& event) {
@@ -40,11 +40,11 @@ void Quarantine::hold(Worker& worker, const std::string& reason, const Event& ev
   }
   if (worker.session()) {
     event.send_after_commit(*worker.session(),
-                            Notice{fmt::format("in quarantine, this worker gets nothing to render: {}", reason)});
+                            Notice{fmt::format("this worker is in quarantine, and gets no work: {}", reason)});
   }
 }
 
-void Quarantine::let_go(const Event& event) {
+void Quarantine::release_unlisted(const Event& event) {
   for (auto& [name, worker] : workers_.all()) {
     if (worker.quarantined() && !list_.contains(worker.renderer(), worker.host_as_identity())) {
       workers_.quarantine(worker, false);
@@ -58,7 +58,7 @@ void Quarantine::let_go(const Event& event) {
 
 void Quarantine::resolve(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event) {
   if (dispute.agreed.empty() && !dispute.wrong.empty()) {
-    accuse_program(job, key, dispute, event);
+    pause_for_bug(job, key, dispute, event);
     return;
   }
   for (const Claim& claim : dispute.wrong) {
@@ -78,7 +78,7 @@ void Quarantine::resolve(Job& job, const NodeKey& key, const Dispute& dispute, c
   }
 }
 
-void Quarantine::accuse_program(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event) {
+void Quarantine::pause_for_bug(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event) {
   drop_node(job, key.tile, key.range, event);
   life_cycle_.pause(
       job,
@@ -89,24 +89,24 @@ void Quarantine::accuse_program(Job& job, const NodeKey& key, const Dispute& dis
   event.warn(about(job.id()), "job {} is paused: {}", job.id().value, job.record().reason);
 }
 
-void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
-  const std::vector<bool> accomplices = provenance_.accomplices(guilty);
+void Quarantine::undo_work_of(const Renderer& faulty, const Event& event) {
+  const std::vector<bool> sharing = provenance_.sharing_quarantine(faulty);
   for (const auto& [id, job] : jobs_.all()) {
     const JobState state = job->state();
     if (state == JobState::failed || state == JobState::cancelled) {
       continue;  // it is not rendered again
     }
-    job->audits().retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
+    job->audits().retract([&](const Renderer& by) { return shares_quarantine(faulty, by); });
     queue_.refresh(*job);
-    const std::vector<Provenance::Place> tainted = provenance_.nodes_of(id, accomplices);
-    if (tainted.empty()) {
+    const std::vector<Provenance::Place> places = provenance_.nodes_of(id, sharing);
+    if (places.empty()) {
       continue;
     }
-    for (const auto& [tile, range] : tainted) {
+    for (const auto& [tile, range] : places) {
       drop_node(*job, tile, range, event);
     }
-    event.warn(about(id, guilty.worker), "job {}: {} nodes of its film, with results of {}, are rendered again",
-               id.value, tainted.size(), describe_renderer(guilty));
+    event.warn(about(id, faulty.worker), "job {}: {} nodes of its film, with results of {}, are rendered again",
+               id.value, places.size(), describe_renderer(faulty));
     if (state == JobState::done) {
       life_cycle_.reopen(*job, event.now);
     }
@@ -178,7 +178,7 @@ Status Quarantine::release(const std::string& name, const Event& event) {
     event.store(DropQuarantine{worker});
     event.info(about(worker), "worker {} is released from quarantine", worker);
   }
-  let_go(event);
+  release_unlisted(event);
   return ok_status();
 }
 

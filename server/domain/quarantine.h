@@ -21,8 +21,8 @@ class Quarantine {
         scheduler_(scheduler),
         totals_(totals) {}
 
-  /// Acts on a dispute about these samples. Wrong nodes are rendered again. Guilty workers go into quarantine, and
-  /// their work is undone. If the program is at fault, the job is paused.
+  /// Acts on a dispute about these samples. Wrong nodes are rendered again. Workers with wrong results go into
+  /// quarantine, and their work is undone. If the program is at fault, the job is paused.
   void resolve(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
 
   /// Drops the film's node that contains these samples, with its records and audits.
@@ -36,13 +36,13 @@ class Quarantine {
 
  private:
   /// Puts the worker and all others of its identity into quarantine.
-  void put(const Renderer& guilty, const std::string& reason, const Event& event);
-  /// All nodes with their parts are rendered again.
-  void undo_work_of(const Renderer& guilty, const Event& event);
-  void accuse_program(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
+  void put(const Renderer& faulty, const std::string& reason, const Event& event);
+  /// Has all nodes with parts of `faulty`, or of others that share its quarantine, rendered again.
+  void undo_work_of(const Renderer& faulty, const Event& event);
+  void pause_for_bug(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
   void hold(Worker& worker, const std::string& reason, const Event& event);
   /// Workers that are no longer in the list get work again.
-  void let_go(const Event& event);
+  void release_unlisted(const Event& event);
 
   QuarantineList& list_;
   JobTable& jobs_;

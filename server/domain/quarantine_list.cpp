@@ -6,12 +6,12 @@
 
 namespace lightmill {
 
-bool shares_guilt(const Renderer& guilty, const Renderer& other) {
-  return other.worker == guilty.worker || (!guilty.identity.empty() && other.identity == guilty.identity);
+bool shares_quarantine(const Renderer& faulty, const Renderer& other) {
+  return other.worker == faulty.worker || (!faulty.identity.empty() && other.identity == faulty.identity);
 }
 
-bool shares_guilt(const QuarantineRecord& guilty, const Renderer& other, std::string_view host) {
-  return shares_guilt(guilty.of, other) || (!guilty.host.empty() && host == guilty.host);
+bool shares_quarantine(const QuarantineRecord& faulty, const Renderer& other, std::string_view host) {
+  return shares_quarantine(faulty.of, other) || (!faulty.host.empty() && host == faulty.host);
 }
 
 QuarantineList::QuarantineList(std::vector<QuarantineRecord> stored) {
@@ -21,7 +21,8 @@ QuarantineList::QuarantineList(std::vector<QuarantineRecord> stored) {
 }
 
 bool QuarantineList::contains(const Renderer& renderer, std::string_view host) const {
-  return std::ranges::any_of(records_, [&](const auto& entry) { return shares_guilt(entry.second, renderer, host); });
+  return std::ranges::any_of(records_,
+                             [&](const auto& entry) { return shares_quarantine(entry.second, renderer, host); });
 }
 
 std::string QuarantineList::reason_for(const Renderer& renderer, std::string_view host) const {
@@ -29,7 +30,7 @@ std::string QuarantineList::reason_for(const Renderer& renderer, std::string_vie
     return own->reason;
   }
   for (const auto& [worker, record] : records_) {
-    if (shares_guilt(record, renderer, host)) {
+    if (shares_quarantine(record, renderer, host)) {
       if (record.of.worker == renderer.identity) {  // the identity itself was put there
         return record.reason;
       }
@@ -59,7 +60,7 @@ bool QuarantineList::put(const QuarantineRecord& record) {
 std::vector<std::string> QuarantineList::release(const Renderer& of, std::string_view host) {
   std::vector<std::string> released;
   for (const auto& [worker, record] : records_) {
-    if (shares_guilt(record, of, host)) {
+    if (shares_quarantine(record, of, host)) {
       released.push_back(worker);
     }
   }

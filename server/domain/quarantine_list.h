@@ -12,9 +12,9 @@
 
 namespace lightmill {
 
-/// Whether `other` shares the quarantine of `guilty`.
-bool shares_guilt(const Renderer& guilty, const Renderer& other);
-bool shares_guilt(const QuarantineRecord& guilty, const Renderer& other, std::string_view host);
+/// Whether `other` shares the quarantine of `faulty`.
+bool shares_quarantine(const Renderer& faulty, const Renderer& other);
+bool shares_quarantine(const QuarantineRecord& faulty, const Renderer& other, std::string_view host);
 
 class QuarantineList {
  public:

@@ -9,7 +9,7 @@
 
 namespace lightmill {
 
-/// Counts into bins, by default of half a second, and looks back over ten of them.
+/// Counts into bins, by default of half a second, and averages over the last ten.
 class RateMeter {
  public:
   explicit RateMeter(Duration bin = std::chrono::milliseconds(500)) : bin_(bin) {}

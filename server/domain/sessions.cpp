@@ -81,7 +81,7 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
              hello.host, hello.fingerprint_class);
   event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, signer_.farm()});
   if (quarantined) {
-    event.send(session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
+    event.send(session, Notice{"this worker is in quarantine, and gets no work until an operator releases it"});
   }
   worker.waits_from(leases_.last_id());
   const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
@@ -89,7 +89,7 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   if (forged) {
     // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another
     // farm that had this address before.
-    event.warn(about(JobId{}, hello.name, *forged), "worker {} brings lease {}, which was never granted to it",
+    event.warn(about(JobId{}, hello.name, *forged), "worker {} claims lease {}, which was never granted to it",
                hello.name, forged->value);
     dismissals_.judge(session, worker.count_bad_result(),
                       make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"),
@@ -261,7 +261,7 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
 void Sessions::leaves(Worker& worker, const Event& event) {
   if (!worker.draining()) {
     workers_.drain(worker);
-    event.info(about(worker.name()), "worker {} is leaving", worker.name());
+    event.info(about(worker.name()), "worker {} drains", worker.name());
   }
   inspections_.left(*worker.session(), false, event);
 }
@@ -273,7 +273,7 @@ Status Sessions::drain(const std::string& name, const Event& event) {
   }
   if (!worker->draining()) {
     workers_.drain(*worker);
-    event.info(about(name), "worker {} is asked to leave", name);
+    event.info(about(name), "worker {} drains: an operator asked for it", name);
   }
   event.send_after_commit(*worker->session(), DrainRequest{});
   return ok_status();

@@ -1,4 +1,4 @@
-// Sessions of workers: they connect with their leases, give work back, refuse it, fall silent and leave.
+// Sessions of workers: their start with the leases that workers hold, their messages, and their end.
 //
 // Owns nothing. WorkerRegistry owns the workers.
 #pragma once
@@ -26,9 +26,9 @@ class Sessions {
 
   void connect(SessionId session, const WorkerHello& hello, const Event& event);
   void disconnected(SessionId session, const Event& event);
-  /// The worker takes no more leases, and leaves after its last one.
+  /// The worker drains: it gets no more leases, and its session ends after its last one.
   void leaves(Worker& worker, const Event& event);
-  /// Request of an operator. NOT_FOUND.
+  /// An operator asks the worker to drain. NOT_FOUND.
   Status drain(const std::string& worker, const Event& event);
   /// Ends sessions that were silent for too long, if a check is due.
   void end_silent(const Event& event);
@@ -40,13 +40,13 @@ class Sessions {
  private:
   /// The stream ended. The worker's leases wait for it for `disconnect_grace`.
   void end(SessionId session, const Event& event);
-  /// For a worker that connects now. It grows with the number of sessions.
+  /// Interval for a worker that connects now. It grows with the number of sessions.
   Duration heartbeat_interval() const;
-  /// Returns a lease with a tag of no grant to this worker, if the hello lists one.
+  /// Compares the leases in the hello with those of the table. Returns a forged one, if there is any.
   std::optional<LeaseId> take_back_held(Worker& worker, const WorkerHello& hello, bool other_process,
                                         const Event& event);
+  /// `unwanted`: the lease is stale. `forged`: it has a tag that no grant gave to this worker.
   enum class Adoption { adopted, unwanted, forged };
-  /// `forged`: a tag is of no grant to this worker. Leases that are merely stale are unwanted.
   Adoption adopt(Worker& worker, const HeldLease& held, const Event& event);
 
   const CoordinatorLimits& limits_;

@@ -88,7 +88,7 @@ struct DropResultRow {
   friend bool operator==(const DropResultRow&, const DropResultRow&) = default;
 };
 
-/// Record of a worker in quarantine. It and all others of its identity get nothing to render.
+/// Record of a worker in quarantine. It and all others of its identity get no work.
 struct QuarantineRecord {
   Renderer of;
   std::string reason;

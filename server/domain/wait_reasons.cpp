@@ -58,7 +58,7 @@ Wait why_none_may(const Job& job, const WorkerKinds::ByKind& kinds) {
     remedy = fmt::format(". End the quarantine with `lightmill workers release {}`", in_quarantine.first->name());
   }
   if (leaving.count > 0) {
-    reasons.push_back(fmt::format("{} leaving the farm", leaving.text()));
+    reasons.push_back(fmt::format("{} draining", leaving.text()));
   }
   if (!reasons.empty()) {
     return {in_quarantine.count > 0 ? WaitReason::quarantine : WaitReason::leaving,

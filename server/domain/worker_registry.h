@@ -154,7 +154,7 @@ class WorkerRegistry {
   // ---- sessions ----
   struct Session {
     std::string worker, identity, fingerprint_class;
-    bool current = true;  ///< false after it is replaced or dismissed: then only its results count
+    bool current = true;  ///< false after the coordinator replaced or ended it: then only its results count
   };
   const Session* find_session(SessionId session) const;
   std::size_t sessions() const { return sessions_.size(); }

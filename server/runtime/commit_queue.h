@@ -65,7 +65,7 @@ class CommitQueue {
   Status stop();
 
  private:
-  /// Film that is being read, or waits for it.
+  /// A request whose film is being read, or waits to be read.
   struct Reading {
     FilmRead read;
     FilmPosition after = {};

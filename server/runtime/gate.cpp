@@ -24,18 +24,21 @@ Result<Identity> Gate::identify(const Credentials& credentials) const {
     LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(credentials.certificate));
     return identity_of(facts.front(), now_unix_s());
   }
-  const std::string certificate = fmt::format("a certificate ({}) or ", kCertificateOption);
-  return make_error(StatusCode::kUnauthenticated, "this farm asks who calls: give {}a token ({})",
-                    options_.accepts_certificates ? certificate : "", kTokenFileOption);
+  return options_.accepts_certificates
+             ? make_error(StatusCode::kUnauthenticated,
+                          "this farm requires authentication, and got neither a certificate nor a token: give {} or {}",
+                          kCertificateOption, kTokenFileOption)
+             : make_error(StatusCode::kUnauthenticated, "this farm requires authentication, and got no token: give {}",
+                          kTokenFileOption);
 }
 
 /// Identity of the token in the header. A token goes before a certificate, which a machine may have for all of its
 /// users.
 Result<Identity> Gate::identify_bearer(std::string_view header) const {
   if (!options_.accepts_tokens) {
-    return make_error(
-        StatusCode::kUnauthenticated,
-        "this farm's connections are not encrypted: it takes no tokens. Others may have read this token: revoke it");
+    return make_error(StatusCode::kUnauthenticated,
+                      "this farm takes no tokens, because its connections are not encrypted. Others may have read this "
+                      "token: revoke it");
   }
   // The scheme's case does not matter (RFC 9110, 11.1).
   if (header.size() < kBearer.size() ||

@@ -10,7 +10,7 @@ namespace lightmill {
 /// Not thread-safe. Its size counts settings of jobs with each message, although messages share them.
 class OutgoingQueue {
  public:
-  /// A worker has at most 16 leases. So many descriptions of the largest scenes fit.
+  /// Descriptions of 16 of the largest scenes fit. A worker has at most 16 leases.
   static constexpr std::uint64_t kMostBytes = std::uint64_t{320} << 20;
   static constexpr std::size_t kMostMessages = 4'096;
 

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
 /// Whether a job in this state has its lost nodes rendered again.
-bool goes_on(JobState state) {
+bool renders_lost_nodes(JobState state) {
   return state != JobState::failed && state != JobState::cancelled;
 }
 
@@ -71,10 +71,10 @@ void report_nodes(const StoredState& state, StateCheck& check) {
     if (const auto found = damaged.find(job.record.id); found != damaged.end()) {
       check.report.push_back(fmt::format("job {}: {} of its nodes {} damaged and removed: {}", job.record.id.value,
                                          found->second, found->second == 1 ? "was" : "were",
-                                         goes_on(job.record.state)
+                                         renders_lost_nodes(job.record.state)
                                              ? "their samples are rendered again when a coordinator starts"
                                              : "its picture lacks them"));
-      check.whole = check.whole && goes_on(job.record.state);
+      check.whole = check.whole && renders_lost_nodes(job.record.state);
     }
   }
   check.report.insert(check.report.end(), state.damaged_entries.begin(), state.damaged_entries.end());
@@ -109,7 +109,7 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
   std::map<Sha256, Users> missing;
   for (const StoredState::StoredJob& job : state.jobs) {
     const bool renders =
-        !has_ended(job.record.state) || (goes_on(job.record.state) && incomplete.contains(job.record.id));
+        !has_ended(job.record.state) || (renders_lost_nodes(job.record.state) && incomplete.contains(job.record.id));
     for (const Sha256& digest : *job.record.spec.settings.assets) {
       if (!assets.has(digest)) {
         (renders ? missing[digest].blocked : missing[digest].ended).push_back(job.record.id);

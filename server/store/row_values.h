@@ -44,7 +44,7 @@ NodeKey key_of(JobId job, const FilmPosition& position);
 /// Allocation of a job, one byte per tile. DATA_LOSS if the number of tiles differs or a share is invalid.
 Result<Allocation> allocation_in(std::string_view shares, const RenderSettings& settings);
 /// Drops a damaged row of a result with `repairs`. remove_invalid_rows() later drops the node that contains it, because
-/// the origin of its samples is unknown. If a worker is found guilty later, the farm could not tell which samples to
+/// the origin of its samples is unknown. If a worker enters quarantine later, the farm could not tell which samples to
 /// drop.
 void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs);
 

@@ -54,8 +54,8 @@ Result<Identity> HttpAuthenticator::identify(const HttpCredentials& credentials)
     }
   }
   return gate_.authenticates() ? make_error(StatusCode::kUnauthenticated,
-                                            "this farm asks who calls: log in with a token, or send it in the header "
-                                            "'Authorization: Bearer TOKEN'")
+                                            "this farm requires authentication, and got no token: log in with one, or "
+                                            "send it in the header 'Authorization: Bearer TOKEN'")
                                : Result<Identity>(anybody());
 }
 

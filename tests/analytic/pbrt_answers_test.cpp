@@ -99,7 +99,7 @@ TEST(PbrtAnswers, DistantLightsHaveTheirIrradiance) {
   EXPECT_NEAR(mean_of(image, 0).value, 0.5 / pi * 8 * 0.5, 1e-4);
 }
 
-// An even sky through a ball of radius 1 that absorbs σ: exp(−2σ) on the axis.
+// A uniform sky through a ball of radius 1 that absorbs σ: exp(−2σ) on the axis.
 TEST(PbrtAnswers, InterfacesBoundTheirMedium) {
   const auto image = pbrt_scene(R"(Camera "perspective" "float fov" 0.01 )" + film_of(2, 2) + R"(WorldBegin
 LightSource "infinite" "rgb L" [1 1 1]

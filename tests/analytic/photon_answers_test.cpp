@@ -76,7 +76,7 @@ TEST_P(PhotonAnswers, ABlackEmitterLightsADiffuseSphereByTheClosedForm) {
 }
 
 // Next-event estimation never samples a constant environment, but samples an image. A ball of reflectance ρ shows ρL.
-TEST_P(PhotonAnswers, ABallReflectsItsAlbedoUnderAnEvenSky) {
+TEST_P(PhotonAnswers, ABallReflectsItsAlbedoUnderAUniformSky) {
   for (const auto& [rho, sky] : {std::pair(1.0, 0.7), {0.4, 3.0}}) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 0, 4], "look_at": [0, 0, 0])", 12, 16, diffuse("ball", rho),

@@ -100,7 +100,7 @@ TEST(Radiometry, ASquareEmitsItsWattsWithAndWithoutACosineProfile) {
   }
 }
 
-TEST(Radiometry, AnEvenSkyGivesPiTimesItsRadiance) {
+TEST(Radiometry, AUniformSkyGivesPiTimesItsRadiance) {
   for (const double radiance : {1.0, 0.3, 250.0}) {
     const auto scene = scene_with(
         fmt::format(R"({}, "lights": [{{"environment": {{"radiance": {}}}}}], "meters": [{}, {},

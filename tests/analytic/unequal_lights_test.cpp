@@ -92,7 +92,7 @@ TEST(UnequalLights, AWeakOneAmongManyIsNotStarvedByStrongOnesBehindAWall) {
                                   {{"wall.obj", box(-40, 40, -40, 40, 2, 2.1)}});
     const MeterReading reading = read_meters(scene, 3).front();
     constexpr double kSamples = 64 * 64 * 8;
-    const double bound = std::sqrt(((hidden + 1) / LightChoice::kEvenShare - 1) / kSamples);
+    const double bound = std::sqrt(((hidden + 1) / LightChoice::kUniformShare - 1) / kSamples);
     const double exact = 1 / (4 * M_PI);
     EXPECT_LE(reading.half_width / 1.96, 1.2 * bound * exact) << hidden;
     EXPECT_NEAR(reading.value, exact, 5 * bound * exact) << hidden;

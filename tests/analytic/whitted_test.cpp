@@ -61,7 +61,7 @@ TEST(Whitted, AFixedReflectanceReplacesFresnels) {
               0.81 * std::exp(-1) / (1 - 0.01 * std::exp(-2)), 1e-5);
 }
 
-TEST(Whitted, GlassAndMirrorsShowAnEvenSkyAsItIs) {
+TEST(Whitted, GlassAndMirrorsShowAUniformSkyAsItIs) {
   const std::string sky = R"({"environment": {"radiance": {"rgb": [0.5, 0.5, 0.5]}}})";
   for (const std::string& material :
        {std::string(R"({"name": "ball", "dielectric": {"ior": 1.5}})"),
@@ -112,13 +112,13 @@ TEST(Whitted, SmoothLayersReflectBySchlick) {
   const std::string coat = black + R"("specular": 0, "coat": 0.5, "coat_roughness": 0)";
   EXPECT_NEAR(image(0, coat), 0.5 * 0.04, 1e-6);
   EXPECT_NEAR(image(60, coat), 0.5 * (0.04 + 0.96 / 32), 1e-5);
-  // Rough layers show no images. α = 1e-4 is rough, a smaller one is not.
+  // Rough layers show no images. alpha = 1e-4 is rough, a smaller one is not.
   EXPECT_EQ(image(60, half + R"("metallic": 1, "roughness": 0.0101)"), 0);
   EXPECT_NEAR(image(60, half + R"("metallic": 1, "roughness": 0.0099)"), 0.5 + 0.5 / 32, 1e-5);
   EXPECT_EQ(image(60, black + R"("roughness": 0.3, "coat": 1)"), 0);
 }
 
-TEST(Whitted, PrincipledMaterialsShowAnEvenSkyAsInThePathTracer) {
+TEST(Whitted, PrincipledMaterialsShowAUniformSkyAsInThePathTracer) {
   // Smooth layers are followed, and the others are lit by the sky's mean. Nothing is lost or counted twice. `path` is
   // within 5 of its standard errors (a false alarm once in 1.7 million cases). Two approximations remain: the tables of
   // rough layers, and gloss below a coat that counts as diffuse.

@@ -137,7 +137,7 @@ TEST(Lenses, ArePinholesAtZeroAndTinyRadii) {
   EXPECT_LT(difference, 1e-3 * static_cast<double>(tiny.a.size()));
 }
 
-TEST(Lenses, SeeAnEvenWorldEvenlyAtAnySizeAndFocus) {
+TEST(Lenses, SeeAUniformSkyUniformlyAtAnySizeAndFocus) {
   for (const std::string lens :
        {R"(, "lens_radius": 1e-3, "focus_distance": 1e-9)", R"(, "lens_radius": 1, "focus_distance": 1e-6)",
         R"(, "lens_radius": 1e12, "focus_distance": 1)", R"(, "lens_radius": 1e12, "focus_distance": 1e12)",

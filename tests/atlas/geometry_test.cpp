@@ -135,7 +135,7 @@ TEST(Place, ScenesBeyondTheLimitsAreRefused) {
 
 // ---- spheres ----
 
-TEST(Spheres, ShowTheirAlbedoInAnEvenSkyAtAnySize) {
+TEST(Spheres, ShowTheirAlbedoInAUniformSkyAtAnySize) {
   // A convex shape receives none of its own light, and clear glass is invisible.
   for (const double radius : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     for (const bool glass : {false, true}) {

@@ -49,7 +49,7 @@ for signal in KILL STOP TERM; do
     until_says first "$first" 'listening on'
     start second
     second=$!
-    until_says second "$second" 'standing by'
+    until_says second "$second" 'on standby'
     sleep 1
     before=$(date +%s%N)
     kill -"$signal" "$first"

@@ -108,19 +108,19 @@ test('photons are drawn at the pixels of a photon job, and leave nothing behind'
     return now.some((value, i) => value !== before[i]) && now;
   });
   const png = Buffer.from(await (await fetch(`${session.farm.page}api/v1/jobs/${reference}/picture.png`)).arrayBuffer());
-  const dots = await page.evaluate(pixelsOf, png.toString('base64'));
-  let dotted = 0;
-  for (let i = 0; i < dots.length; i += 4) {
+  const photons = await page.evaluate(pixelsOf, png.toString('base64'));
+  let covered = 0;
+  for (let i = 0; i < photons.length; i += 4) {
     const strongest = Math.max(...after.slice(i, i + 3));
-    if (Math.max(...dots.slice(i, i + 3)) > 0) {
-      ++dotted;
+    if (Math.max(...photons.slice(i, i + 3)) > 0) {
+      ++covered;
       assert.equal(strongest, 255, `a photon at ${(i / 4) % kSide}, ${Math.floor(i / 4 / kSide)}`);
     } else {
       // The picture is dimmed to four tenths.
       after.slice(i, i + 3).forEach((value, c) => assert.ok(Math.abs(value - 0.4 * before[i + c]) <= 1, `${value} of ${before[i + c]} at ${i / 4}`));
     }
   }
-  assert.ok(dotted > 1_000 && dotted < (kSide * kSide) / 2, `${dotted} dots`);
+  assert.ok(covered > 1_000 && covered < (kSide * kSide) / 2, `${covered} pixels have photons`);
   assert.equal(await jobsNamed('(photon map)'), 1);
   await eventually('a link with them', () => page.url().includes('photons=few'));
   if (pictures) {

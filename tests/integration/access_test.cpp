@@ -302,7 +302,10 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutLogsTheReason) {
   const auto plain = worker("plain", {});
   EXPECT_TRUE(says("plain", "it accepts only encrypted connections: give --tls-ca")) << farm.log("plain");
   const auto nameless = worker("nameless", {"--tls-ca", ca});
-  EXPECT_TRUE(says("nameless", "this farm asks who calls")) << farm.log("nameless");
+  EXPECT_TRUE(says(
+      "nameless",
+      "this farm requires authentication, and got neither a certificate nor a token: give --tls-cert or --token-file"))
+      << farm.log("nameless");
   const auto viewer = worker("viewer", {"--tls-ca", ca, "--tls-cert", file("v.pem", secure.person("v", {Role::view}))});
   EXPECT_TRUE(says("viewer", "may not render. Roles that may: worker")) << farm.log("viewer");
   const KeyAndCertificate other = make_authority("Other farm", today()).value();

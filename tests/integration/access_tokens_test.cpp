@@ -158,7 +158,7 @@ TEST(TokenAccess, StreamsEndWithTheirCertificateOrToken) {
   SecureFarm secure({}, {"127.0.0.1", {}, clock.environment()});
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const auto ends = [](const auto& stream) { return stream.wait_for(kPatience) == std::future_status::ready; };
-  const auto goes_on = [](const auto& stream) {
+  const auto continues = [](const auto& stream) {
     return stream.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
   };
   const auto by_token = [&](const std::string& who, std::int64_t until) {
@@ -192,10 +192,10 @@ TEST(TokenAccess, StreamsEndWithTheirCertificateOrToken) {
   };
   clock.move("+2h");
   expect_ended(first, "render-1");
-  EXPECT_TRUE(goes_on(second) && goes_on(third)) << "not before";
+  EXPECT_TRUE(continues(second) && continues(third)) << "not before";
   clock.move("+4h");
   expect_ended(second, "render-2");
-  EXPECT_TRUE(goes_on(third));
+  EXPECT_TRUE(continues(third));
   clock.move("+6h");
   expect_ended(third, "render-3");
 }

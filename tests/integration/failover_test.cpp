@@ -28,7 +28,7 @@ class TwoCoordinators {
     first = start(0);
     EXPECT_TRUE(eventually([&] { return says(0, "listening on"); })) << log(0);
     second = start(1);
-    EXPECT_TRUE(eventually([&] { return says(1, "standing by"); })) << log(1);
+    EXPECT_TRUE(eventually([&] { return says(1, "on standby"); })) << log(1);
     worker_ = std::make_unique<BackgroundProcess>(
         std::vector<std::string>{program("lightmill-worker"), "--server", address(0) + "," + address(1), "--threads",
                                  "2", "--name", "w"},
@@ -127,7 +127,7 @@ TEST(SharedDatabase, AStoppedCoordinatorIsReplacedAndDoesNoHarmWhenItResumes) {
   EXPECT_TRUE(both.says(0, "taken over")) << both.log(0);
   // After a restart it is the standby, and later takes over again.
   both.first = both.start(0);
-  EXPECT_TRUE(eventually([&] { return both.says(0, "standing by"); })) << both.log(0);
+  EXPECT_TRUE(eventually([&] { return both.says(0, "on standby"); })) << both.log(0);
   expect_reference_film(FarmClient(both.address(1)), job);
   both.second->send(SIGTERM);
   EXPECT_EQ(both.second->wait(kHang), 0) << both.log(1);

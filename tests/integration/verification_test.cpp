@@ -31,7 +31,7 @@ void wait_for_workers(Farm& farm, std::ptrdiff_t count) {
       << farm.server_log();
 }
 
-v1::Job submit_verified(Farm& farm, const Picture& picture, double share, bool allow_mixed = false) {
+v1::Job submit_audited(Farm& farm, const Picture& picture, double share, bool allow_mixed = false) {
   FarmClient client = farm.client();
   client.upload_assets(shipped_scene(picture.scene));
   JobSpec spec = job_of(picture, allow_mixed ? "mixed" : "verified");
@@ -57,7 +57,7 @@ TEST_P(Audits, ALiarAmongThreeMachinesChangesNothing) {
   Picture picture;
   picture.side = 256;  // 16 tiles of several ranges each, so a liar with one in five nodes lies in some
   picture.samples = 24;
-  const v1::Job job = submit_verified(farm, picture, 1);
+  const v1::Job job = submit_audited(farm, picture, 1);
   expect_reference_film(farm.client(), job.id(), picture);
   const v1::Job ended = farm.client().job(job.id());
   EXPECT_EQ(ended.results_unverified(), 0u) << ended.ShortDebugString();
@@ -106,7 +106,7 @@ TEST(MixedFarm, RendersThePictureExceptForItsLastBits) {
   Picture picture;
   picture.side = 256;
   picture.samples = 24;
-  const v1::Job job = submit_verified(farm, picture, 1, true);
+  const v1::Job job = submit_audited(farm, picture, 1, true);
   const v1::Job ended = farm.client().wait_until_ended(job.id());
   ASSERT_EQ(ended.state(), v1::JOB_STATE_DONE) << ended.ShortDebugString();
   EXPECT_EQ(ended.min_tile_samples(), picture.samples);
@@ -126,7 +126,7 @@ TEST(MixedFarm, RendersThePictureExceptForItsLastBits) {
   one->send(SIGTERM);
   two->send(SIGTERM);
   EXPECT_TRUE(one->wait() && two->wait());
-  const v1::Job alone = submit_verified(farm, picture, 0);
+  const v1::Job alone = submit_audited(farm, picture, 0);
   expect_reference_film(farm.client(), alone.id(), picture);
   const FilmPlanes mixed = farm.client().film(job.id()), usual = farm.client().film(alone.id());
   EXPECT_NE(film_hash(mixed).hex(), film_hash(usual).hex());
@@ -179,7 +179,7 @@ TEST(ForgedResults, DoNotReplaceAPicture) {
   Picture picture;
   picture.side = 256;
   picture.samples = 16;
-  const v1::Job job = submit_verified(farm, picture, 0.01);
+  const v1::Job job = submit_audited(farm, picture, 0.01);
   RawWorker liar(farm, "liar");
   const std::optional<JobDescription> description = liar.next<JobDescription>();
   ASSERT_TRUE(description);
@@ -204,14 +204,14 @@ TEST(ForgedResults, DoNotReplaceAPicture) {
   expect_reference_film(farm.client(), job.id(), picture);
 }
 
-TEST(UnauditedFarm, ReportsItsResultsAsUnverified) {
+TEST(UnauditedFarm, ReportsItsResultsAsUnaudited) {
   Farm farm;
   farm.add_worker(1, "w1");
   farm.add_worker(1, "w2");  // on the same machine
   wait_for_workers(farm, 2);
   Picture picture;
   picture.samples = 4;
-  const v1::Job job = submit_verified(farm, picture, 1);
+  const v1::Job job = submit_audited(farm, picture, 1);
   const v1::Job ended = farm.client().wait_until_ended(job.id());
   EXPECT_EQ(ended.state(), v1::JOB_STATE_DONE);
   EXPECT_EQ(ended.counters().results_verified(), 0u);

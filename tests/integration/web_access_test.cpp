@@ -168,7 +168,11 @@ TEST(WebAccess, EveryPathChecksRolesAndOwners) {
               << name << " as " << role << (own ? ", own job: " : ", another's job: ") << response.body();
           EXPECT_EQ(response.count(http::field::www_authenticate), response.result_int() == 401 ? 1u : 0u);
           if (!let_in) {
-            EXPECT_FALSE(json::parse(response.body())["error"]["message"].get<std::string>().empty());
+            const auto message = json::parse(response.body())["error"]["message"].get<std::string>();
+            EXPECT_FALSE(message.empty());
+            EXPECT_EQ(message.starts_with("this farm requires authentication, and got no token: log in with one"),
+                      shown.empty())
+                << message;
           }
         }
       }

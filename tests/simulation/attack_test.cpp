@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Defenceless{"Garbage", Attack::garbage, &PlantedBugs::trust_hashes},
                     Defenceless{"Idle", Attack::idle, &PlantedBugs::wait_for_the_idle},
                     Defenceless{"Losses", Attack::losses, &PlantedBugs::believe_one_refusal},
-                    Defenceless{"SecondIdentity", Attack::second_identity, &PlantedBugs::repeat_after_conviction},
+                    Defenceless{"SecondIdentity", Attack::second_identity, &PlantedBugs::repeat_after_quarantine},
                     Defenceless{"Spite", Attack::spite, &PlantedBugs::believe_one_refusal}),
     [](const auto& info) { return std::string(info.param.name); });
 

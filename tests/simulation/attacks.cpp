@@ -40,8 +40,8 @@ AttackTable::Row try_attack(Attack attack, std::uint64_t farms, const PlantedBug
     const Report report = FarmSimulation(seed, chaos, bugs).run();
     ++row.farms;
     row.attacked += kind.fault == nullptr ? report.lied : report.faults.contains(kind.fault);
-    row.convicted += report.convicted > 0;
-    row.unverified += report.unverified > 0;
+    row.quarantined += report.quarantined > 0;
+    row.unaudited += report.unaudited > 0;
     if (!report.failure.empty() && row.unnoticed++ == 0) {
       row.failure = fmt::format("seed {}: {}", seed, report.failure);
     }
@@ -58,11 +58,11 @@ AttackTable try_attacks(std::uint64_t farms) {
 }
 
 std::string AttackTable::text() const {
-  std::string text = fmt::format("{:55} {:>8} {:>9} {:>10} {:>11} {:>10}\n", "attack", "farms", "attacked", "convicted",
-                                 "unverified", "unnoticed");
+  std::string text = fmt::format("{:55} {:>8} {:>9} {:>12} {:>11} {:>10}\n", "attack", "farms", "attacked",
+                                 "quarantined", "unaudited", "unnoticed");
   for (const Row& row : rows) {
-    text += fmt::format("{:55} {:>8} {:>9} {:>10} {:>11} {:>10}\n", row.attack, row.farms, row.attacked, row.convicted,
-                        row.unverified, row.unnoticed);
+    text += fmt::format("{:55} {:>8} {:>9} {:>12} {:>11} {:>10}\n", row.attack, row.farms, row.attacked,
+                        row.quarantined, row.unaudited, row.unnoticed);
     text += row.failure.empty() ? "" : "  " + row.failure + "\n";
   }
   return text;

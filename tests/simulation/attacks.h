@@ -11,11 +11,11 @@ struct AttackTable {
   struct Row {
     std::string attack;
     std::uint64_t farms = 0;
-    std::uint64_t attacked = 0;    ///< farms with at least one attack
-    std::uint64_t convicted = 0;   ///< farms with a worker in quarantine
-    std::uint64_t unverified = 0;  ///< farms with a job that reports unaudited results
-    std::uint64_t unnoticed = 0;   ///< farms with any other failure, such as a wrong picture
-    std::string failure;           ///< the first of these failures, with its seed
+    std::uint64_t attacked = 0;     ///< farms with at least one attack
+    std::uint64_t quarantined = 0;  ///< farms with a worker in quarantine
+    std::uint64_t unaudited = 0;    ///< farms with a job that reports unaudited results
+    std::uint64_t unnoticed = 0;    ///< farms with any other failure, such as a wrong picture
+    std::string failure;            ///< the first of these failures, with its seed
   };
   std::vector<Row> rows;
   std::string text() const;

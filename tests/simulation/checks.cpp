@@ -108,7 +108,7 @@ void Checks::note_writes(const Effects& effects) {
       dropped_.push_back(drop->key);
     } else if (const auto* held = std::get_if<PutQuarantine>(&op);
                held != nullptr && !held->record.reason.starts_with(kByHand)) {
-      ++world_.report.convicted;
+      ++world_.report.quarantined;
       if (!is_of_lies(held->record.of.identity) && !world_.bugs.wrong_bits) {
         world_.fail(
             fmt::format("{} is in quarantine, but has not lied: {}", held->record.of.worker, held->record.reason));
@@ -131,11 +131,11 @@ void Checks::stored(std::span<const StoreOp> ops) {
       std::erase_if(acknowledged_, [&](const NodeKey& key) {
         return key.job == drop->key.job && key.tile == drop->key.tile && drop->key.range.contains(key.range);
       });
-    } else if (const auto* verified = std::get_if<PutAudited>(&op)) {
+    } else if (const auto* audited = std::get_if<PutAudited>(&op)) {
       if (const FilmOutline* film =
-              server_.coordinator() ? server_.coordinator()->outline(verified->key.job) : nullptr) {
-        world_.report.verified += verified->key.range.count() *
-                                  static_cast<std::uint64_t>(film->grid().tile_rect(verified->key.tile).pixel_count());
+              server_.coordinator() ? server_.coordinator()->outline(audited->key.job) : nullptr) {
+        world_.report.audited += audited->key.range.count() *
+                                 static_cast<std::uint64_t>(film->grid().tile_rect(audited->key.tile).pixel_count());
       }
     }
   }

@@ -59,9 +59,9 @@ void ClientSide::make_jobs() {
       }
     }
     constexpr double kShares[] = {0, 0.3, 1};
-    job.spec.audit_share = workers_.have_liars()   ? 1
-                           : world_.chaos.verifies ? kShares[world_.random.below(std::size(kShares))]
-                                                   : 0;
+    job.spec.audit_share = workers_.have_liars() ? 1
+                           : world_.chaos.audits ? kShares[world_.random.below(std::size(kShares))]
+                                                 : 0;
     job.spec.allow_mixed = world_.random.chance(0.25);
     if (world_.chaos.poison && world_.random.chance(0.1)) {
       if (!job.notes.candidates.empty() && world_.random.chance(0.3)) {

@@ -30,14 +30,14 @@ std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const Stor
       std::erase_if(results_, [&](const auto& entry) { return entry.first.job == removed->job; });
     } else if (const auto* result = std::get_if<PutResult>(&op)) {
       results_[result->key] = *result;
-      verified_.erase(result->key);
-    } else if (const auto* verified = std::get_if<PutAudited>(&op)) {
-      const auto at = results_.find(verified->key);
+      audited_.erase(result->key);
+    } else if (const auto* audited = std::get_if<PutAudited>(&op)) {
+      const auto at = results_.find(audited->key);
       if (at == results_.end()) {
-        wrong = fmt::format("a result of tile {} is audited, but not stored", verified->key.tile.value);
+        wrong = fmt::format("a result of tile {} is audited, but not stored", audited->key.tile.value);
       } else {
         at->second.audit_pending = false;
-        verified_.insert(verified->key);
+        audited_.insert(audited->key);
       }
     } else if (const auto* dropped = std::get_if<DropResults>(&op)) {
       std::erase_if(results_, [&](const auto& entry) {
@@ -168,7 +168,7 @@ std::vector<Disk::Result> Disk::results(JobId job, TileId tile) const {
   std::vector<Result> found;
   for (auto at = results_.lower_bound({job, tile, {}});
        at != results_.end() && at->first.job == job && at->first.tile == tile; ++at) {
-    found.push_back({at->first.range, at->second.by, verified_.contains(at->first)});
+    found.push_back({at->first.range, at->second.by, audited_.contains(at->first)});
   }
   std::ranges::sort(found, {}, [](const Result& result) { return result.range.first(); });
   return found;

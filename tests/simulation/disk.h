@@ -35,7 +35,7 @@ class Disk {
   struct Result {
     SampleRange range;
     Renderer by;
-    bool verified = false;
+    bool audited = false;
   };
   std::vector<Result> results(JobId job, TileId tile) const;
   const std::map<std::string, QuarantineRecord>& quarantine() const { return quarantine_; }
@@ -50,7 +50,7 @@ class Disk {
   std::map<JobId, JobRecord> jobs_;
   std::map<std::pair<JobId, TileId>, std::map<std::uint64_t, NodePtr>> nodes_;
   std::map<NodeKey, PutResult> results_;
-  std::set<NodeKey> verified_;
+  std::set<NodeKey> audited_;
   std::set<NodeKey> damaged_;
   std::map<std::string, QuarantineRecord> quarantine_;
   std::uint64_t epoch_ = 0;

@@ -20,7 +20,7 @@ std::string text_of(const Renderer& by) {
 }
 
 std::string text_of(const JobCounters& counters) {
-  return fmt::format("{} merged, {} duplicate, {} lost, {} copies, {} non-finite, {} verified, {} dropped",
+  return fmt::format("{} merged, {} duplicate, {} lost, {} copies, {} non-finite, {} audited, {} dropped",
                      counters.results_merged, counters.results_duplicate, counters.leases_lost, counters.copies_leased,
                      counters.non_finite, counters.results_audited, counters.nodes_dropped);
 }
@@ -72,9 +72,9 @@ std::string text_of(const StoreOp& op) {
                         [](const DropNode& drop) { return "drop node " + text_of(drop.key); },
                         [](const PutResult& put) {
                           return fmt::format("put result {}: {} by {}{}", text_of(put.key), put.hash.hex(),
-                                             text_of(put.by), put.audit_pending ? ", to be verified" : "");
+                                             text_of(put.by), put.audit_pending ? ", to be audited" : "");
                         },
-                        [](const PutAudited& put) { return "verified: " + text_of(put.key); },
+                        [](const PutAudited& put) { return "audited: " + text_of(put.key); },
                         [](const DropResults& drop) { return "drop results " + text_of(drop.key); },
                         [](const PutQuarantine& put) {
                           return fmt::format("put quarantine {}: {}, at {}", text_of(put.record.of), put.record.reason,
@@ -136,7 +136,7 @@ std::string text_of(const WorkerCount& worker) {
 std::string text_of(const JobStatus& job) {
   return fmt::format(
       "job {} {} {} '{}' {} class '{}': {} of {}, {} to {}, {}; {} s, {} s of workers, {}/s, {} s left; error {} {} "
-      "{};{}; {}, {} unverified, ended {}, {}",
+      "{};{}; {}, {} unaudited, ended {}, {}",
       job.id.value, static_cast<int>(job.state), job.spec.priority, job.reason, job.spec.settings.method,
       job.fingerprint_class, job.samples_done, job.samples_wanted, job.min_tile_samples, job.max_tile_samples,
       job.frame_samples, job.active_seconds, job.worker_seconds, job.samples_per_second, job.eta_seconds,

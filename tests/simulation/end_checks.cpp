@@ -126,12 +126,12 @@ std::uint64_t EndChecks::check_results(JobId job, TileId tile) {
     }
     spans.back().second = range.end();
   };
-  std::uint64_t end = 0, unverified = 0;
+  std::uint64_t end = 0, unaudited = 0;
   for (const auto& [first, node] : server_.disk().nodes(job, tile)) {
     append(nodes, node->range);
   }
-  for (const auto& [range, by, verified] : server_.disk().results(job, tile)) {
-    unverified += verified ? 0 : 1;
+  for (const auto& [range, by, audited] : server_.disk().results(job, tile)) {
+    unaudited += audited ? 0 : 1;
     if (range.first() < end) {
       world_.fail(
           fmt::format("job {}, tile {}: two stored results have sample {}", job.value, tile.value, range.first()));
@@ -142,7 +142,7 @@ std::uint64_t EndChecks::check_results(JobId job, TileId tile) {
   if (nodes != results) {
     world_.fail(fmt::format("job {}, tile {}: the stored results are not those of the film", job.value, tile.value));
   }
-  return unverified;
+  return unaudited;
 }
 
 void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
@@ -156,7 +156,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     return;
   }
   world_.report.results_duplicate += status.counters.results_duplicate;
-  world_.report.unverified += job.cancelled ? 0 : status.results_unaudited;
+  world_.report.unaudited += job.cancelled ? 0 : status.results_unaudited;
   world_.report.wanted += film.pixel_samples();
   std::uint64_t wanted = by_time ? record.spec.goal.samples : job.goal;
   if (job.error > 0 && (workers_.have_liars() || may_be_rounded(job))) {
@@ -174,7 +174,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     world_.fail(fmt::format("job {} shows other counts than its film has", job.id->value));
     return;
   }
-  std::uint64_t unverified = 0;
+  std::uint64_t unaudited = 0;
   std::set<std::string> classes;
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const TileId tile{i};
@@ -198,7 +198,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
       return;
     }
     if (!server_.damaged().contains({*job.id, tile})) {  // records of damaged nodes' results stay stored
-      unverified += check_results(*job.id, tile);
+      unaudited += check_results(*job.id, tile);
     }
     for (const Disk::Result& result : server_.disk().results(*job.id, tile)) {
       classes.insert(result.by.fingerprint_class);
@@ -207,7 +207,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     bool is_lied_about = false;
     for (const NodePtr& node : film.forest(tile)) {
       const bool may_lie = std::ranges::any_of(server_.disk().results(*job.id, tile), [&](const auto& result) {
-        return node->range.contains(result.range) && is_of_lies(result.by.identity) && !result.verified;
+        return node->range.contains(result.range) && is_of_lies(result.by.identity) && !result.audited;
       });
       is_lied_about = is_lied_about || may_lie;
       if (!may_lie && !is_right(job, status, tile, *node)) {
@@ -238,8 +238,8 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
   }
   world_.report.mixed += classes.size() > 1;
   if (!job.cancelled && job.spec.audit_share == 1 && server_.damaged().empty() &&
-      unverified != status.results_unaudited) {
-    world_.fail(fmt::format("job {}: {} stored results are not audited, but it reports {}", job.id->value, unverified,
+      unaudited != status.results_unaudited) {
+    world_.fail(fmt::format("job {}: {} stored results are not audited, but it reports {}", job.id->value, unaudited,
                             status.results_unaudited));
   }
 }

@@ -101,10 +101,10 @@ OddsTable measure_odds(std::uint64_t farms, const PlantedBugs& bugs) {
       OddsTable::Row row{.liar = kind.name, .share = share, .parts = race.deceit->parts, .at_least = !kind.know_audits};
       for (std::uint64_t i = 0; i < farms; ++i) {
         const Report report = FarmSimulation(++seed, race, bugs).run();
-        row.add(odds_of_detection(share, *race.deceit, kind.parts), report.convicted > 0);
+        row.add(odds_of_detection(share, *race.deceit, kind.parts), report.quarantined > 0);
         if (row.failure.empty() && !report.failure.empty()) {
           row.failure = fmt::format("seed {}: {}", seed, report.failure);
-        } else if (row.failure.empty() && report.convicted == 0 && report.deceit_parts != race.deceit->parts) {
+        } else if (row.failure.empty() && report.quarantined == 0 && report.deceit_parts != race.deceit->parts) {
           row.failure = fmt::format("seed {}: the film has {} parts of the deceit instead of {}", seed,
                                     report.deceit_parts, race.deceit->parts);
         }

@@ -39,7 +39,7 @@ void FarmSimulation::note_race() {
 }
 
 bool FarmSimulation::deceit_has_ended() const {
-  return world_.race && world_.race->deceit && (world_.report.convicted > 0 || world_.report.job_seconds > 0);
+  return world_.race && world_.race->deceit && (world_.report.quarantined > 0 || world_.report.job_seconds > 0);
 }
 
 }  // namespace lightmill::simulation

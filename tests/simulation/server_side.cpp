@@ -196,7 +196,7 @@ void ServerSide::finish_commit() {
           (world_.bugs.lose_a_write && std::holds_alternative<PutNode>(op) && world_.random.chance(0.05)) ||
           (world_.bugs.keep_joined_nodes && std::holds_alternative<DropNode>(op)) ||
           (world_.bugs.keep_dropped_results && std::holds_alternative<DropResults>(op));
-      if (auto* result = std::get_if<PutResult>(&op); result != nullptr && world_.bugs.lose_verifications) {
+      if (auto* result = std::get_if<PutResult>(&op); result != nullptr && world_.bugs.lose_audits) {
         result->audit_pending = false;
       }
       if (!lost) {
@@ -317,12 +317,12 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
   if (world_.bugs.wrong_beside_lies && workers_[stream.worker].lies == Lies::never &&
       (falsified_.contains(result.key) ||
        std::ranges::any_of(disk_.results(result.key.job, result.key.tile),
-                           [](const Disk::Result& each) { return is_of_lies(each.by.identity) && !each.verified; }))) {
+                           [](const Disk::Result& each) { return is_of_lies(each.by.identity) && !each.audited; }))) {
     falsified_.insert(result.key);
     result.node.values[0] = std::nextafter(result.node.values[0], 1e30f);
     result.hash = hash_of(result.node);
   }
-  if (world_.bugs.repeat_results || (world_.bugs.repeat_after_conviction && world_.report.convicted > 0)) {
+  if (world_.bugs.repeat_results || (world_.bugs.repeat_after_quarantine && world_.report.quarantined > 0)) {
     result.node = first_results_.try_emplace(result.key, result.node).first->second;
     result.hash = hash_of(result.node);
   }

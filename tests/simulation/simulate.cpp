@@ -36,7 +36,7 @@ struct Options {
 struct Sum {
   std::mutex mutex;
   std::set<std::uint64_t> at_work;  ///< seeds
-  std::uint64_t done = 0, restarts = 0, deaths = 0, convicted = 0, poisoned = 0, unlucky = 0;
+  std::uint64_t done = 0, restarts = 0, deaths = 0, quarantined = 0, poisoned = 0, unlucky = 0;
   std::map<std::string, std::uint64_t> faults;
   std::map<std::uint64_t, std::string> failures;        ///< by seed
   std::map<std::uint64_t, lightmill::Hash128> effects;  ///< by seed
@@ -48,7 +48,7 @@ struct Sum {
     ++done;
     restarts += report.restarts;
     deaths += report.deaths;
-    convicted += report.convicted;
+    quarantined += report.quarantined;
     poisoned += report.poisoned;
     unlucky += report.unlucky;
     for (const auto& [kind, count] : report.faults) {
@@ -218,7 +218,7 @@ int run_all(Options options) {
   }
   sum.faults.insert({{"workers killed", sum.deaths},
                      {"coordinators killed", sum.restarts},
-                     {"convictions", sum.convicted},
+                     {"workers put into quarantine", sum.quarantined},
                      {"jobs that kill workers and failed", sum.poisoned},
                      {"jobs that failed by bad luck", sum.unlucky}});
   for (const auto& [kind, count] : sum.faults) {

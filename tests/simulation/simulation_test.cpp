@@ -36,7 +36,7 @@ TEST_P(Simulation, FilmsEqualThoseOfAQuietRunWhateverHappens) {
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
   std::uint64_t poisoned = 0, unlucky = 0;
-  std::uint64_t convicted = 0;
+  std::uint64_t quarantined = 0;
   std::uint64_t too_large = 0;
   std::uint64_t mixed = 0;
   std::uint64_t refused = 0, failed_by_liar = 0;
@@ -48,7 +48,7 @@ TEST_P(Simulation, FilmsEqualThoseOfAQuietRunWhateverHappens) {
     deaths += report.deaths;
     poisoned += report.poisoned;
     unlucky += report.unlucky;
-    convicted += report.convicted;
+    quarantined += report.quarantined;
     too_large += report.too_large;
     mixed += report.mixed;
     refused += report.refused;
@@ -59,7 +59,7 @@ TEST_P(Simulation, FilmsEqualThoseOfAQuietRunWhateverHappens) {
   EXPECT_GT(deaths, seeds / 2);
   EXPECT_GT(poisoned, seeds / 20);
   EXPECT_LT(unlucky, seeds / 100);
-  EXPECT_GT(convicted, seeds / 20);
+  EXPECT_GT(quarantined, seeds / 20);
   EXPECT_GT(too_large, seeds / 10);
   EXPECT_GT(mixed, seeds / 100);
   EXPECT_GT(refused, seeds / 20);
@@ -79,21 +79,21 @@ TEST(QuietFarm, RendersEachSampleOnce) {
 
 TEST(QuietFarm, RendersEachSampleTwiceIfAllIsAudited) {
   Chaos chaos = Chaos::none();
-  chaos.verifies = true;
-  std::uint64_t verified = 0;
+  chaos.audits = true;
+  std::uint64_t audited = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     const Report report = FarmSimulation(seed, chaos, PlantedBugs{}).run();
     ASSERT_EQ(report.failure, "") << "seed " << seed;
-    EXPECT_EQ(report.rendered, report.wanted + report.verified) << "seed " << seed;
-    verified += report.verified;
+    EXPECT_EQ(report.rendered, report.wanted + report.audited) << "seed " << seed;
+    audited += report.audited;
   }
-  EXPECT_GT(verified, 0u);
+  EXPECT_GT(audited, 0u);
 }
 
 TEST(LyingMachine, ChangesNothingIfTwoOthersAuditAll) {
   Chaos chaos = Chaos::none();
   chaos.liars = chaos.restarts = chaos.breaks = chaos.deaths = true;
-  std::uint64_t lied = 0, convicted = 0, unverified = 0;
+  std::uint64_t lied = 0, quarantined = 0, unaudited = 0;
   std::string seeds;
   const std::uint64_t only = number_from_environment("LIGHTMILL_SIMULATION_SEED", 0);
   for (std::uint64_t seed = std::max<std::uint64_t>(only, 1); seed <= (only > 0 ? only : 300); ++seed) {
@@ -104,9 +104,9 @@ TEST(LyingMachine, ChangesNothingIfTwoOthersAuditAll) {
     const Report report = simulation.run();
     ASSERT_EQ(report.failure, "") << "seed " << seed;
     lied += report.lied ? 1 : 0;
-    convicted += report.convicted > 0 ? 1 : 0;
-    if (report.lied && report.unverified > 0) {
-      ++unverified;
+    quarantined += report.quarantined > 0 ? 1 : 0;
+    if (report.lied && report.unaudited > 0) {
+      ++unaudited;
       seeds += fmt::format(" {}", seed);
     }
   }
@@ -115,8 +115,8 @@ TEST(LyingMachine, ChangesNothingIfTwoOthersAuditAll) {
   }
   EXPECT_GT(lied, 50u);
   // A coordinator that has just started does not know who may still connect.
-  EXPECT_LT(unverified, lied / 20) << "of " << lied << ", seeds" << seeds;
-  EXPECT_GT(convicted, lied * 9 / 10);  // a lie that was lost on its way harms no film
+  EXPECT_LT(unaudited, lied / 20) << "of " << lied << ", seeds" << seeds;
+  EXPECT_GT(quarantined, lied * 9 / 10);  // a lie that was lost on its way harms no film
 }
 
 TEST(RestartedCoordinator, RendersNothingAgain) {
@@ -189,8 +189,7 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"ForgetJobs", &PlantedBugs::forget_jobs}, Planted{"RepeatResults", &PlantedBugs::repeat_results},
         Planted{"ForgetQuarantine", &PlantedBugs::forget_quarantine},
         Planted{"KeepDroppedResults", &PlantedBugs::keep_dropped_results},
-        Planted{"LoseVerifications", &PlantedBugs::lose_verifications},
-        Planted{"IgnoreIdentities", &PlantedBugs::ignore_identities},
+        Planted{"LoseAudits", &PlantedBugs::lose_audits}, Planted{"IgnoreIdentities", &PlantedBugs::ignore_identities},
         Planted{"WaitForTheIdle", &PlantedBugs::wait_for_the_idle},
         Planted{"IgnoreGrants", &PlantedBugs::ignore_grants}, Planted{"LoseWhatIsCut", &PlantedBugs::lose_what_is_cut},
         Planted{"DisconnectNewest", &PlantedBugs::disconnect_newest},

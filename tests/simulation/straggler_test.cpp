@@ -92,7 +92,7 @@ TEST_P(Stragglers, DoNotDelayAudits) {
   const Race race{.samples = 128, .audit_share = 1};
   static const LastPart quiet = last_part(race);
   const LastPart last = last_part(with(GetParam(), race, quiet));
-  fmt::print("a job of {:.0f} s, all verified: from 95 % to done {:.2f} s ({:.2f} at most) instead of {:.2f} s\n",
+  fmt::print("a job of {:.0f} s, all audited: from 95 % to done {:.2f} s ({:.2f} at most) instead of {:.2f} s\n",
              quiet.job_seconds, last.median_seconds, last.most_seconds, quiet.median_seconds);
   EXPECT_LE(last.median_seconds, 4.0 / 3 * quiet.median_seconds + 2);
   EXPECT_LE(last.most_seconds, 4.0 / 3 * quiet.median_seconds + 4);

@@ -52,7 +52,7 @@ void WorkerSide::slow_down() {
 
 void WorkerSide::come_again_when_found(std::size_t index) {
   world_.after(std::chrono::milliseconds(200), [this, index] {
-    if (world_.report.convicted == 0) {
+    if (world_.report.quarantined == 0) {
       come_again_when_found(index);
       return;
     }

@@ -360,9 +360,13 @@ BackgroundProcess& Farm::worker(const std::string& name) {
 }
 
 void Farm::replace_worker(const std::string& name) {
+  kill_at_once(worker(name));
+  start_worker_again(name);
+}
+
+void Farm::start_worker_again(const std::string& name) {
   for (Worker& worker : workers_) {
     if (worker.name == name) {
-      kill_at_once(*worker.process);
       worker.process = start_worker(worker.threads, name, worker.launch);
     }
   }

@@ -97,8 +97,10 @@ class Farm {
   /// By default the worker connects directly to the coordinator.
   BackgroundProcess& add_worker(int threads, const std::string& name, Launch launch = {});
   BackgroundProcess& worker(const std::string& name);
-  /// Kills the worker and starts another one of the same name.
+  /// Kills the worker, which must be running, and starts another one of the same name.
   void replace_worker(const std::string& name);
+  /// Starts a worker that has ended.
+  void start_worker_again(const std::string& name);
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
   /// The number of times that the log says that a worker connected, or that its connection ended.

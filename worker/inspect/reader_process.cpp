@@ -58,7 +58,9 @@ Status early_end(int status, const ReaderOptions& options, std::uint64_t memory_
         "the process that read the scene was killed, perhaps because the machine has no memory left: `lightmill submit` "
         "reads it on your machine");
   }
-  return internal_error("the process that read the scene ended early ({}): its files may be damaged", end_text(status));
+  return internal_error(
+      "the process that read the scene ended early ({}): `lightmill check` reads it on your machine, and may name the file",
+      end_text(status));
 }
 
 /// Serves one reader.
@@ -117,7 +119,9 @@ class Server {
       return unexpected();
     }
     std::vector<Sha256> digests(bytes.size() / sizeof(Sha256));
-    std::memcpy(digests.data(), bytes.data(), bytes.size());
+    if (!bytes.empty()) {  // memcpy takes no null pointer
+      std::memcpy(digests.data(), bytes.data(), bytes.size());
+    }
     LM_ASSIGN_OR_RETURN(const std::vector<Sha256> missing, hooks_.uploads.missing(digests));
     return reader_.send(ReaderMessage::reply, {std::string_view(reinterpret_cast<const char*>(missing.data()),
                                                                 missing.size() * sizeof(Sha256))});

@@ -9,7 +9,7 @@ namespace lightmill {
 Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, DecoderProcess& images,
                     std::uint64_t max_bytes) {
   const auto sizes = [&](ByteView bytes, const std::string& name) -> Result<ImageSize> {
-    if (bytes.size() > max_bytes / 2) {  // the decoder gets a copy
+    if (bytes.size() > max_bytes / 2) {  // the decoder would get a copy; the estimate refuses the file by name
       return resource_exhausted("{} has {} bytes", name, bytes.size());
     }
     return images.size(bytes, name);

@@ -27,7 +27,7 @@
 namespace lightmill {
 
 struct SessionConfig {
-  std::string name;  ///< unique in the farm: of two processes with one name, the second is dismissed
+  std::string name;  ///< unique in the farm: of two processes with one name, the coordinator refuses the second
   std::string host;
   std::string machine;  ///< see WorkerHello::machine
   std::uint32_t pid = 0;
@@ -103,7 +103,7 @@ struct DropInspection {};
 /// The worker has finished: exit after sent messages are written.
 struct Exit {
   std::string reason;
-  bool failed = false;  ///< dismissed: exit with an error
+  bool failed = false;  ///< the coordinator ended the session: exit with an error
 };
 
 /// A message for the log.

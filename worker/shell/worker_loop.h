@@ -32,7 +32,7 @@ struct WorkerOptions {
 class WorkerLoop {
  public:
   WorkerLoop(const WorkerOptions& options, const Clock& clock);
-  /// Runs until the session ends. Returns an error if the coordinator dismissed the worker.
+  /// Runs until the session ends. Returns an error if the coordinator ended it.
   Status run();
   /// Finishes or gives back current work, then leaves. Thread-safe.
   void drain();

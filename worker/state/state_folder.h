@@ -20,8 +20,8 @@ class StateFolder {
   std::filesystem::path token_file() const { return path_ / "token"; }
   bool has_token() const;
 
-  /// The token that the worker requests from its farm. It is kept until the farm confirms it. If the reply is lost, the
-  /// repeated request is the same request.
+  /// The token that the worker requests from its farm. It is kept until the farm confirms it. So a request that is
+  /// repeated after a lost reply is the same.
   Result<NewToken> pending_token();
   /// The farm has confirmed the requested token. It replaces the old one.
   Status commit_pending_token();

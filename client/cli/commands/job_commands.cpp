@@ -188,8 +188,8 @@ void add_job_commands(CLI::App& app, Context& context) {
 
   CLI::App* jobs = app.add_subcommand("jobs", "List the farm's jobs, newest first.");
   jobs->footer(
-      "A ! after the method: the picture lacks some of the scene's light; `lightmill show JOB` explains which.\n"
-      "Mixed: workers of every fingerprint class may render it (--allow-mixed).");
+      "A ! after the method means that the picture lacks some of the scene's light. `lightmill show JOB` says which.\n"
+      "Mixed means that workers of every fingerprint class may render the job (--allow-mixed).");
   const auto list = std::make_shared<ListOptions>();
   jobs->add_option("--state", list->states, "only jobs in this state: queued, running, paused, done, failed, cancelled")
       ->type_name("STATE,...")
@@ -240,8 +240,8 @@ void add_job_commands(CLI::App& app, Context& context) {
                            return done(connection.extend_job(job, given.samples, error));
                          });
   extend->footer(
-      "Jobs continue where they stopped. Their samples have the same bits as if all had been requested at once. An "
-      "error is\nchecked at 2^k and 3·2^k samples from then on. Other limits stay, except those already reached.");
+      "Jobs continue where they stopped. Their samples have the same bits as if all had been requested at once. From "
+      "then on,\nthe error is checked at 2^k and 3·2^k samples. Other limits stay, except those already reached.");
   CLI::Option_group* const limits = extend->add_option_group("limits");
   limits->add_option("--spp", options->samples, "the new total of samples per pixel")
       ->type_name("N")

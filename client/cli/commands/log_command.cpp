@@ -100,7 +100,7 @@ void add_log_command(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("log", "Show the log of actions: who did what, and what was refused.");
   command->footer("Needs the role admin. docs/operate/security.md lists what is recorded, and how long it is kept.");
   add_common_options(*command, context);
-  command->add_option("--job", options->job, "only actions on this job")->type_name("N");
+  command->add_option("--job", options->job, "only actions on this job")->type_name("N")->check(job_number());
   command->add_option("--caller", options->caller, "only actions of this caller")->type_name("NAME");
   command->add_option("--since", options->since, "only actions newer than this: 90m, 2h, 7d, 4w")
       ->type_name("TIME")

@@ -19,7 +19,7 @@ namespace lightmill::cli {
 namespace {
 
 std::string goal_text(const v1::Goal& goal) {
-  std::string text = goal.samples() > 0 ? fmt::format("{} samples per pixel", goal.samples()) : "";
+  std::string text = goal.samples() > 0 ? counted(goal.samples(), "sample") + " per pixel" : "";
   if (goal.seconds() > 0) {
     text += (text.empty() ? "" : ", or ") + human_seconds(goal.seconds()) + " of rendering time";
   }
@@ -64,7 +64,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
                    human_count(static_cast<double>(job.samples_done())))},
       {"rendering", human_seconds(job.active_seconds())},
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
-      {"audits", verification_text(job)},
+      {"audits", audits_text(job)},
       {"film hash", film.picture.receipt.film_hash + (film.picture.layers.empty() ? "" : " (of picture and layers)")},
   };
   if (job.has_error()) {

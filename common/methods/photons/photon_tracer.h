@@ -170,7 +170,7 @@ class PhotonTracer {
                    casters,
                    paths_.arrive(photon, surface, arrival.hits.hit, number)};
     const V8 wi = vertex.frame.to_local(-photon.direction);
-    if ((scattered & vertex.bent).any()) [[unlikely]] {
+    if ((scattered & vertex.mapped).any()) [[unlikely]] {
       scatter_images(vertex, wi, scattered);
     } else {
       scatter_from(vertex, wi, scattered);
@@ -202,31 +202,32 @@ class PhotonTracer {
     const M8 second = both & (u < F8(0.5f));
     return {and_not(lanes, second), second, select(both, F8(2.0f), F8(1.0f))};
   }
-  /// Random numbers for the ways at a bent normal. Else only the start of a path takes light_decision.
+  /// Random numbers for the ways at a mapped normal. Otherwise only the start of a path takes light_decision.
   Pair8 draw_ways(const Vertex8& vertex) const {
     return hashed_pair(vertex.photon.index, decision_seed(U8(plan_.seed), tracer::light_decision(vertex.number)));
   }
 
   /// Scatters light from both images of a photon's direction (ShadingFrame8::for_each_wi). If the first image is behind
-  /// a bent normal, so is the second.
+  /// a mapped normal, so is the second.
   void scatter_images(Vertex8& vertex, const V8& wi, M8 lanes) {
     const V8 image = vertex.frame.to_local(mirror_image(-vertex.photon.direction, vertex.facing));
-    lanes = and_not(lanes, vertex.bent & (wi.z <= F8(0.0f)));
-    const Ways8 images = ways(lanes, lanes & vertex.bent & (image.z > F8(0.0f)), draw_ways(vertex).u);
+    lanes = and_not(lanes, vertex.mapped & (wi.z <= F8(0.0f)));
+    const Ways8 images = ways(lanes, lanes & vertex.mapped & (image.z > F8(0.0f)), draw_ways(vertex).u);
     vertex.weight = images.weight;
     scatter_from(vertex, wi, images.first);
     vertex.stored = images.first;
     scatter_from(vertex, image, images.second);
   }
 
-  /// Light leaves a bent normal in the sampled direction, and in its mirror image (ShadingFrame8::wo). Each counts if
-  /// it is on the right side of the geometric normal. If the first is on the wrong side, so is the second.
+  /// At a mapped normal, light leaves in the sampled direction and in its mirror image (ShadingFrame8::wo). Each counts
+  /// if it is on the right side of the geometric normal. If the first is on the wrong side, so is the second.
   template <class Bsdf>
-  void leave_bent(const Vertex8& vertex, const Bsdf& bsdf, BsdfSample8 s, const V8& wi, const V8& direction, M8 lanes) {
+  void leave_mapped(const Vertex8& vertex, const Bsdf& bsdf, BsdfSample8 s, const V8& wi, const V8& direction,
+                    M8 lanes) {
     const V8 image = mirror_image(direction, vertex.frame.n);
     const F8 side = dot(image, vertex.facing);
     const M8 right = select(s.transmitted, (side < F8(0.0f)), (side > F8(0.0f)));
-    const Ways8 sides = ways(lanes, lanes & vertex.bent & right, draw_ways(vertex).v);
+    const Ways8 sides = ways(lanes, lanes & vertex.mapped & right, draw_ways(vertex).v);
     s.weight = s.weight * (vertex.weight * sides.weight);
     leave(vertex, bsdf, s, wi, direction, sides.first);
     if (sides.second.any()) {
@@ -251,8 +252,8 @@ class PhotonTracer {
       s = bsdf.sample(wo, tracer::decide(in.index, seed, vertex.number, tracer::bsdf_decision(vertex.number)).u);
     }
     const V8 direction = vertex.frame.to_world(s.wi);
-    if (vertex.bent.any()) [[unlikely]] {
-      leave_bent(vertex, bsdf, s, wo, direction, lanes);
+    if (vertex.mapped.any()) [[unlikely]] {
+      leave_mapped(vertex, bsdf, s, wo, direction, lanes);
     } else {
       leave(vertex, bsdf, s, wo, direction, lanes);
     }
@@ -280,7 +281,7 @@ class PhotonTracer {
     const F8 normals = select(from > F8(0.0f), wo.z * abs(side) / from, F8(0.0f));
     out.power = out.power * s.weight * (s.eta * s.eta * normals);
     // Roulette that followed the correction would kill paths along a bumpy surface, which it makes bright again later.
-    out.scale = select(vertex.bent & (normals > F8(0.0f)), out.scale / normals, out.scale);
+    out.scale = select(vertex.mapped & (normals > F8(0.0f)), out.scale / normals, out.scale);
     const F8 survival = max_component(out.power) * out.scale;
     lanes =
         tracer::roulette(lanes & (survival > F8(0.0f)), survival, out.index, U8(plan_.seed), vertex.number, out.power);

@@ -13,7 +13,7 @@ LitVertex8 LocalShading::vertex(const Arrival8& arrival, const Surface8& surface
   if (flat_) {
     const V8& n = surface.geometric_normal;
     out.surface.shading_normal = n;
-    out.surface.bent = M8();
+    out.surface.mapped = M8();
     if (surface.directed.any()) {
       out.surface.tangent = normalize(surface.tangent - n * dot(n, surface.tangent));
     }

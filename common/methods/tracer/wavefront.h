@@ -138,7 +138,7 @@ class Wavefront {
     return in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, lanes);
   }
   /// Adds this for all images of the points' directions. Returns the lanes that scatter. Not inlined, so that scenes
-  /// without maps of normals run short code.
+  /// without normal maps run short code.
   template <class Bsdf, class Weight>
   [[gnu::noinline]] static M8 sum_images(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo,
                                          const LightSample8& light, const Weight& weight, M8 lanes, V8& sum) {

@@ -227,7 +227,7 @@ class SceneCompiler {
   }
 
   TangentUse tangent_use(std::uint32_t material) const {
-    return {bends_normals(scene_.materials[material]), is_anisotropic(scene_.materials[material])};
+    return {has_mapped_normals(scene_.materials[material]), is_anisotropic(scene_.materials[material])};
   }
 
   void compile_sphere(std::size_t i, const SphereShape& sphere, const Affine& map) {
@@ -336,7 +336,7 @@ class SceneCompiler {
     }
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const Material& material = scene_.materials[scene_.objects[i].material];
-      out_->features_.normal_maps |= bends_normals(material);
+      out_->features_.normal_maps |= has_mapped_normals(material);
       out_->features_.emissive_surfaces |= !is_black(material.emission);
       out_->features_.opacity |= opacity_of(i) != 1;
     }

@@ -49,7 +49,7 @@ struct SceneFeatures {
   bool media = false;        ///< paths must know which media they are in
   bool holdouts = false;
   bool opacity = false;      ///< surfaces that rays may pass
-  bool normal_maps = false;  ///< some surface's normals are bent
+  bool normal_maps = false;  ///< some material has a normal map or bump map
 };
 
 /// The places that photons must reach to find all caustics, in the frame.
@@ -120,8 +120,8 @@ class CompiledScene {
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const {
     Surface8 out = geometry_.surface(rays, hits);
-    if (out.bent.any()) {
-      normal_maps_.bend(geometry_, materials_.textures(), hits, out);
+    if (out.mapped.any()) {
+      normal_maps_.apply(geometry_, materials_.textures(), hits, out);
     }
     if (out.directed.any()) {
       anisotropy_directions_.find(geometry_, hits, out);

@@ -40,11 +40,11 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   first_color_.push_back(mesh.colors);
   first_derivative_.push_back(mesh.derivatives);
   first_tangent_.push_back(mesh.tangents);
-  const bool bent = use.normals && mesh.derivatives != kNone && (shape == kPlane || mesh.coordinates != kNone);
+  const bool mapped = use.normals && mesh.derivatives != kNone && (shape == kPlane || mesh.coordinates != kNone);
   const bool directed = use.anisotropy && mesh.derivatives != kNone;
-  bent_.push_back(bent ? 1 : 0);
+  mapped_.push_back(mapped ? 1 : 0);
   directed_.push_back(directed ? 1 : 0);
-  has_bent_normals_ |= bent;
+  has_mapped_normals_ |= mapped;
   has_directions_ |= directed;
   center_.push_back(center);
   radius_.push_back(radius);
@@ -196,8 +196,8 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   s.front = lanes & (dot(rays.direction, s.geometric_normal) < F8(0.0f));
   s.offset = surface_offset(s.geometric_normal, magnitude);
   s.shading_normal = s.geometric_normal;
-  if (has_bent_normals_) {
-    s.bent = lanes & (bent_.at(hits.geometry, lanes) == U8(1u));
+  if (has_mapped_normals_) {
+    s.mapped = lanes & (mapped_.at(hits.geometry, lanes) == U8(1u));
   }
   if (has_directions_) {
     s.directed = lanes & (directed_.at(hits.geometry, lanes) == U8(1u));
@@ -256,10 +256,10 @@ void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 i
   n = n * (F8(1.0f) / sqrt(length2));
   n = select(dot(n, s.geometric_normal) < F8(0.0f), -n, n);
   // If the ray comes from behind the interpolated normal, there is no frame to shade in. The flat normal is used. For
-  // maps of normals, shading_frame.h has another rule.
+  // mapped normals, shading_frame.h has another rule.
   const F8 cosine = dot(rays.direction, n);
   const M8 consistent = ~((cosine < F8(0.0f)) & ~s.front) & ~((cosine >= F8(0.0f)) & s.front);
-  s.shading_normal = select(usable & (consistent | s.bent), n, s.shading_normal);
+  s.shading_normal = select(usable & (consistent | s.mapped), n, s.shading_normal);
 }
 
 /// White and opaque where the mesh has no colours.

@@ -24,7 +24,7 @@ struct Surface8 {
   F8 u, v;              ///< texture coordinates if the material has textures, else 0
   V8 color;             ///< of the mesh's vertices, in scenes with such meshes (has_colors)
   F8 alpha;             ///< the same
-  M8 bent;              ///< the shading normal is that of a map (normal_maps.h), whatever the ray's direction
+  M8 mapped;            ///< a normal map or bump map gives the shading normal, whatever the ray's direction
   V8 tangent;           ///< of directed surfaces: the direction of the anisotropy; unit, on the shading normal's plane
   M8 directed;          ///< the anisotropy has a direction (anisotropy_directions.h)
 };
@@ -108,7 +108,7 @@ class GeometryTable {
   bool has_normals_ = false;
   bool has_coordinates_ = false;
   bool has_colors_ = false;
-  bool has_bent_normals_ = false;
+  bool has_mapped_normals_ = false;
   bool has_directions_ = false;
 
   // One entry per geometry.
@@ -117,7 +117,7 @@ class GeometryTable {
   Column<std::uint32_t> inward_;  ///< spheres with a normal towards the centre
   Column<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_, first_color_;  ///< MeshRows
   Column<std::uint32_t> first_derivative_, first_tangent_;  ///< MeshRows; planes: 0 or kNone
-  Column<std::uint32_t> bent_, directed_;                   ///< 0 or 1: TangentUse, where there are derivatives
+  Column<std::uint32_t> mapped_, directed_;                 ///< 0 or 1: TangentUse, where there are derivatives
   VectorColumn center_;                                     ///< of a sphere; a plane's point
   Column<float> radius_;                                    ///< of a sphere; a plane's coordinate scale
   std::vector<float> linear_, normal_matrix_;               ///< of instances, 9 each, by columns

@@ -29,29 +29,29 @@ NormalMaps::NormalMaps(const Scene& scene, double length_scale) {
   }
 }
 
-void NormalMaps::bend(const GeometryTable& geometry, const TextureSet& textures, const Hit8& hits,
-                      Surface8& surface) const {
-  const M8 bumpy = and_not(surface.bent, heights_.at(surface.material, surface.bent) == U8(TextureSet::kNone));
-  const M8 mapped = and_not(surface.bent, bumpy);
-  Tangents8 tangents = geometry.derivatives(hits, surface, surface.bent);
-  V8 bent = surface.shading_normal;
+void NormalMaps::apply(const GeometryTable& geometry, const TextureSet& textures, const Hit8& hits,
+                       Surface8& surface) const {
+  const M8 bumpy = and_not(surface.mapped, heights_.at(surface.material, surface.mapped) == U8(TextureSet::kNone));
+  const M8 textured = and_not(surface.mapped, bumpy);
+  Tangents8 tangents = geometry.derivatives(hits, surface, surface.mapped);
+  V8 n = surface.shading_normal;
   if (bumpy.any()) {
-    bent = select(bumpy, bumps(textures, tangents, surface, bumpy), bent);
+    n = select(bumpy, bumps(textures, tangents, surface, bumpy), n);
   }
-  if (mapped.any()) {
-    geometry.use_vertex_tangents(hits, surface, mapped, tangents);
-    bent = select(mapped, normals(textures, tangents, surface, mapped), bent);
+  if (textured.any()) {
+    geometry.use_vertex_tangents(hits, surface, textured, tangents);
+    n = select(textured, normals(textures, tangents, surface, textured), n);
   }
-  const F8 length2 = length_squared(bent);
-  const M8 usable = surface.bent & (length2 > F8(0.0f)) & (length2 < F8(std::numeric_limits<float>::infinity()));
-  bent = bent * (F8(1.0f) / sqrt(length2));
+  const F8 length2 = length_squared(n);
+  const M8 usable = surface.mapped & (length2 > F8(0.0f)) & (length2 < F8(std::numeric_limits<float>::infinity()));
+  n = n * (F8(1.0f) / sqrt(length2));
   // Moves normals off the horizon, along the geometric normal.
   const V8& up = surface.geometric_normal;
-  const F8 cosine = dot(bent, up), sine2 = max(F8(1.0f) - cosine * cosine, F8(0.0f));
+  const F8 cosine = dot(n, up), sine2 = max(F8(1.0f) - cosine * cosine, F8(0.0f));
   const M8 low = cosine < F8(kLeastCosine);
   const F8 shrink = select(sine2 > F8(0.0f), F8(std::sqrt(1 - kLeastCosine * kLeastCosine)) / sqrt(sine2), F8(0.0f));
-  bent = select(low, normalize((bent - up * cosine) * shrink + up * F8(kLeastCosine)), bent);
-  surface.shading_normal = select(usable, bent, surface.shading_normal);
+  n = select(low, normalize((n - up * cosine) * shrink + up * F8(kLeastCosine)), n);
+  surface.shading_normal = select(usable, n, surface.shading_normal);
 }
 
 V8 NormalMaps::normals(const TextureSet& textures, const Tangents8& tangents, const Surface8& surface, M8 lanes) const {
@@ -66,9 +66,9 @@ V8 NormalMaps::normals(const TextureSet& textures, const Tangents8& tangents, co
   const F8 cosine = cosine_.at(surface.material, lanes), sine = sine_.at(surface.material, lanes);
   const F8 x = part(texel.x), y = part(texel.y);
   const F8 along_u = x * cosine + y * sine, along_v = y * cosine - x * sine;
-  const V8 bent = t * (along_u * scale_u_.at(surface.material, lanes)) +
-                  b * (along_v * scale_v_.at(surface.material, lanes)) + n * part(texel.z);
-  return select(length2 > F8(0.0f), bent, n);
+  const V8 mapped = t * (along_u * scale_u_.at(surface.material, lanes)) +
+                    b * (along_v * scale_v_.at(surface.material, lanes)) + n * part(texel.z);
+  return select(length2 > F8(0.0f), mapped, n);
 }
 
 V8 NormalMaps::bumps(const TextureSet& textures, const Tangents8& tangents, const Surface8& surface, M8 lanes) const {
@@ -78,8 +78,8 @@ V8 NormalMaps::bumps(const TextureSet& textures, const Tangents8& tangents, cons
   const Texture::Slopes8 slopes = textures.slopes(heights_.at(surface.material, lanes), surface.u, surface.v, lanes);
   const U8 channel = channel_.at(surface.material, lanes);
   const F8 scale = height_.at(surface.material, lanes) / area;
-  const V8 bent = n - by_u * (channel_of(slopes.u, channel) * scale) - by_v * (channel_of(slopes.v, channel) * scale);
-  return select(abs(area) > F8(0.0f), bent, n);
+  const V8 mapped = n - by_u * (channel_of(slopes.u, channel) * scale) - by_v * (channel_of(slopes.v, channel) * scale);
+  return select(abs(area) > F8(0.0f), mapped, n);
 }
 
 }  // namespace lightmill

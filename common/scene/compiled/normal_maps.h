@@ -23,9 +23,9 @@ class NormalMaps {
   /// `length_scale`: of the frame over scene units.
   NormalMaps(const Scene& scene, double length_scale);
 
-  /// Sets the shading normals of bent surfaces. They stay on the side of the geometric normal, at an angle of at most
+  /// Sets the shading normals of `surface.mapped`. They stay on the side of the geometric normal, at an angle of at most
   /// acos(kLeastCosine).
-  void bend(const GeometryTable& geometry, const TextureSet& textures, const Hit8& hits, Surface8& surface) const;
+  void apply(const GeometryTable& geometry, const TextureSet& textures, const Hit8& hits, Surface8& surface) const;
 
   static constexpr float kLeastCosine = 0.05f;
 

@@ -134,7 +134,7 @@ class Estimator {
       const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !emits;
       if (!instanced || held.insert(mesh->asset).second) {
         const Material& material = scene_.materials[object.material];
-        const bool uses_tangents = bends_normals(material) || is_anisotropic(material);
+        const bool uses_tangents = has_mapped_normals(material) || is_anisotropic(material);
         sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, emits, uses_tangents), name);
         sum_.add_triangles(header.triangles);
       }

@@ -172,7 +172,7 @@ struct Material {
 };
 
 /// Whether the material has a normal map or a bump map.
-inline bool bends_normals(const Material& material) {
+inline bool has_mapped_normals(const Material& material) {
   return material.normal_map.texture != kNoTexture || material.bump_map.map.texture != kNoTexture;
 }
 

@@ -22,7 +22,7 @@ bool uses_texture(const Material& material) {
   const auto textured = [](const TexturedColor* color) { return color->texture != kNoTexture; };
   return std::ranges::any_of(colors_of(material), textured) || material.opacity.map.texture != kNoTexture ||
          material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture ||
-         bends_normals(material) || is_anisotropic(material);
+         has_mapped_normals(material) || is_anisotropic(material);
 }
 
 /// Converter of a scene's objects.

@@ -23,7 +23,7 @@ bool has_beckmann_facets(const MitsubaObject& from) {
 
 bool is_plain_diffuse(const Material& material) {
   const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind);
-  return diffuse != nullptr && diffuse->reflectance.texture == kNoTexture && !bends_normals(material) &&
+  return diffuse != nullptr && diffuse->reflectance.texture == kNoTexture && !has_mapped_normals(material) &&
          material.opacity.mode == Opacity::Mode::opaque;
 }
 
@@ -63,7 +63,7 @@ Result<MitsubaSurface> MitsubaMaterials::read(const MitsubaObject& from) {
     return blended(from);
   }
   if (from.type == "bumpmap" || from.type == "normalmap") {
-    return bent(from);
+    return normal_mapped(from);
   }
   MitsubaSurface out;
   set_kind(from, out);
@@ -113,9 +113,9 @@ Result<MitsubaSurface> MitsubaMaterials::blended(const MitsubaObject& from) {
   return out;
 }
 
-Result<MitsubaSurface> MitsubaMaterials::bent(const MitsubaObject& from) {
+Result<MitsubaSurface> MitsubaMaterials::normal_mapped(const MitsubaObject& from) {
   LM_ASSIGN_OR_RETURN(MitsubaSurface out, nested(from));
-  if (bends_normals(out.material)) {
+  if (has_mapped_normals(out.material)) {
     return from.place.error("{}: a second bump map or normal map cannot be rendered", from.what());
   }
   const bool bump = from.type == "bumpmap";

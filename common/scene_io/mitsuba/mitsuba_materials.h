@@ -30,7 +30,7 @@ class MitsubaMaterials {
   Result<MitsubaSurface> nested(const MitsubaObject& from);
   Result<MitsubaSurface> masked(const MitsubaObject& from);
   Result<MitsubaSurface> blended(const MitsubaObject& from);
-  Result<MitsubaSurface> bent(const MitsubaObject& from);
+  Result<MitsubaSurface> normal_mapped(const MitsubaObject& from);
   void set_kind(const MitsubaObject& from, MitsubaSurface& out);
   void thin_glass(const MitsubaObject& from, Material& out);
   void conductor(const MitsubaObject& from, Material& out);

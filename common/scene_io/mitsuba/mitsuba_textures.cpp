@@ -70,7 +70,7 @@ std::optional<RgbColor> MitsubaTextures::plain(const MitsubaObject& from, const 
     return grey_of(parameter.numbers[0]);
   }
   if (parameter.numbers.size() == 1) {
-    // Light that is even over all wavelengths is not white.
+    // A uniform spectrum is not white.
     const RgbColor even = radiated_color({{300, 900}, {1, 1}});
     const auto scaled = [&](float x) { return static_cast<float>(x * parameter.numbers[0]); };
     return RgbColor{scaled(even.r), scaled(even.g), scaled(even.b)};

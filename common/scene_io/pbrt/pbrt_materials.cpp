@@ -113,7 +113,8 @@ Result<Material> PbrtMaterials::mixed(const Definition& definition) {
   const auto* a = std::get_if<DiffuseMaterial>(&parts[0].kind);
   const auto* b = std::get_if<DiffuseMaterial>(&parts[1].kind);
   const bool plain = a != nullptr && b != nullptr && a->reflectance.texture == kNoTexture &&
-                     b->reflectance.texture == kNoTexture && !bends_normals(parts[0]) && !bends_normals(parts[1]);
+                     b->reflectance.texture == kNoTexture && !has_mapped_normals(parts[0]) &&
+                     !has_mapped_normals(parts[1]);
   if (!plain) {
     return from.place().error("only two diffuse materials without textures can be mixed");
   }

@@ -141,7 +141,7 @@ Status Leadership::stand_by() {
   for (bool first = true;; first = false) {
     // The same outage may have kept the active coordinator from renewing its lease, so it gets time to do so.
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
-      return cancelled("stopped while standing by");
+      return cancelled("stopped on standby");
     }
     Status whole = check_turn(session_);
     whole = whole.ok() ? verify_chain(session_) : whole;
@@ -159,15 +159,15 @@ Status Leadership::stand_by() {
     const std::string news =
         holder.ok()
             ? fmt::format(
-                  "standing by: {} is active on {}; this coordinator takes over when that one is silent for {:g} s",
+                  "on standby: {} is active on {}. This coordinator takes over when that one is silent for {:g} s",
                   *holder, session_.place(), std::chrono::duration<double>(options_.lease).count())
-            : fmt::format("standing by, but {}", message_of(holder.status()));
+            : fmt::format("on standby, but {}", message_of(holder.status()));
     if (news != reported) {
       spdlog::info("{}", news);
       reported = news;
     }
     if (!options_.wait(kCheckPause)) {
-      return cancelled("stopped while standing by");
+      return cancelled("stopped on standby");
     }
   }
 }

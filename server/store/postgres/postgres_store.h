@@ -1,4 +1,4 @@
-// Store in a PostgreSQL database that coordinators on several machines share: one is active, the others stand by.
+// Store in a PostgreSQL database that coordinators on several machines share: one is active, the others are standbys.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,7 @@ struct PostgresOptions {
   /// File for the record of the last known commit (commit_chain.h). Empty: no record.
   std::filesystem::path chain = {};
   bool accept_loss = false;  ///< start with a database that is behind the record
-  /// Waits for the given time. False if the coordinator is to stop instead of standing by.
+  /// Waits for the given time. False if the standby is to stop.
   std::function<bool(std::chrono::milliseconds)> wait;
   /// Called once from another thread when another coordinator has taken over. This one can store nothing afterwards.
   std::function<void(const Status&)> on_deposed;

@@ -176,7 +176,7 @@ TEST(LightChoice, TheVarianceIsBoundedWhateverIsOccluded) {
       all.push_back(sun.irradiance);
     }
     const double total = std::accumulate(all.begin(), all.end(), 0.0);
-    constexpr double kEven = LightChoice::kEvenShare;
+    constexpr double kEven = LightChoice::kUniformShare;
     for (int hiding = 0; hiding < 20; ++hiding) {
       std::vector<double> seen = all;
       const auto kept = static_cast<std::size_t>(random() * count);

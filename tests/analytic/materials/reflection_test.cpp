@@ -205,7 +205,7 @@ TEST(Conductor, MakesNoEnergy) {
 TEST(Conductor, WhiteMetalLosesNothingWhenSmoothAndLnTwoAtAlphaOne) {
   const Vec3d up = tilted(0);
   EXPECT_NEAR(directional_albedo(white_metal(1e-3), up, Grid(up, -up, 2e-3), 1).by_sampling, 1, 1e-4);
-  // At normal incidence G2/G1 of visible normals is the mean of G1-like shadowing. For α = 1 the normal is uniform in
+  // At normal incidence G2/G1 of visible normals is the mean of G1-like shadowing. For alpha = 1 the normal is uniform in
   // projected area (tan θm uniform), wi = 2θm, and G2/G1 = 1/(1 + Λ(wi)) = 2 cos θi/(cos θi + 1). With x = cos² θm
   // uniform in [0, 1], cos θi = 2x − 1 > 0. The integral of 2(2x − 1)/(2x) over x in [1/2, 1] is 1 − ln 2.
   EXPECT_NEAR(directional_albedo(white_metal(1), up, Grid(up, -up, 2), 2).by_quadrature, 1 - std::log(2.0), 1e-3);
@@ -245,7 +245,7 @@ double h_function(double mu) {
   return std::exp(-mu / M_PI * sum * M_PI / 2 / kSteps);
 }
 
-// Facets of α = 1 that scatter once have the BRDF 1/(2π (μo + μi)). Only one pair of factors for both directions makes
+// Facets of alpha = 1 that scatter once have the BRDF 1/(2π (μo + μi)). Only one pair of factors for both directions makes
 // it reflect all light. It gives H(μo) H(μi)/(4π (μo + μi)), the BRDF of isotropic scatterers that absorb nothing.
 TEST(Conductor, AtAlphaOneBalancedFacetsFollowChandrasekharsLaw) {
   ASSERT_NEAR(h_function(1), 2.9078, 1e-3);  // Chandrasekhar's table XI

@@ -117,7 +117,7 @@ TEST(WhiteFurnace, LosslessSurfacesAreInvisible) {
 }
 
 TEST(WhiteFurnace, VeryRoughWhiteMetalLosesLnTwoOnlyIfItScattersOnce) {
-  // As derived in reflection_test.cpp: single scattering leaves 1 − ln 2 at α = 1.
+  // As derived in reflection_test.cpp: single scattering leaves 1 − ln 2 at alpha = 1.
   EXPECT_NEAR(under_sky(once(conductor(1, 1000, 1)), 34), 1 - std::log(2.0), 4e-3);
   EXPECT_NEAR(under_sky(conductor(1, 1000, 1), 34), 1, 8e-3);
 }

@@ -81,10 +81,14 @@ std::function<void()> TroubledFarm::end_worker() {
   return [this, name] {
     const std::optional<int> code = farm_.worker(name).wait(kToFinish);
     if (code != 0) {
-      badly_ended_.push_back(fmt::format("worker {}, asked to leave, {}", name,
+      badly_ended_.push_back(fmt::format("worker {}, asked to drain, {}", name,
                                          code ? fmt::format("ended with code {}", *code) : "did not"));
     }
-    farm_.replace_worker(name);
+    if (!code) {
+      farm_.replace_worker(name);
+    } else {
+      farm_.start_worker_again(name);
+    }
   };
 }
 

@@ -261,7 +261,7 @@ class SwarmMember {
     swarm_.counts_.busy_seconds += seconds;
   }
   void perform(const Exit& exit, Time) {
-    LM_CHECK(!exit.failed, "the coordinator dismissed a worker of the swarm: {}", exit.reason);
+    LM_CHECK(!exit.failed, "the coordinator ended the session of a worker of the swarm: {}", exit.reason);
   }
   template <class Other>
   void perform(const Other&, Time) {}

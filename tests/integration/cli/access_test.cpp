@@ -133,7 +133,8 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_EQ(json(as("ada", {"jobs"}))["jobs"].size(), 1u);
   EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
   EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));
-  EXPECT_TRUE(says(failure(as("", {"jobs"})), "give a certificate (--tls-cert)"));
+  EXPECT_TRUE(
+      says(failure(as("", {"jobs"})), "got neither a certificate nor a token: give --tls-cert or --token-file"));
   EXPECT_TRUE(
       says(failure(as("render-1", {"jobs"})), "'render-1' (roles: worker; by certificate) may not see the farm"));
   EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
@@ -316,18 +317,18 @@ TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {
   std::filesystem::remove(file("port"));
   start_server("127.0.0.1:0", {"--authenticate"});
   const std::string there = "127.0.0.1:" + port();
-  EXPECT_TRUE(says(failure({"jobs", "--server", there}), "a token (--token-file)"));
+  EXPECT_TRUE(says(failure({"jobs", "--server", there}), "and got no token: give --token-file"));
   EXPECT_EQ(json({"jobs", "--server", there, "--token-file", file("carl")})["jobs"].size(), 0u);
   server_.reset();
   std::filesystem::remove(file("port"));
   start_server("127.0.0.1:0", {"--tls-cert", pem("server")});
   EXPECT_EQ(json(as("", {"jobs", "--token-file", file("carl")}))["jobs"].size(), 0u);
-  EXPECT_TRUE(says(failure(as("ada", {"jobs"})), "give a token (--token-file)")) << "no authority was named";
+  EXPECT_TRUE(says(failure(as("ada", {"jobs"})), "and got no token: give --token-file")) << "no authority was named";
   server_.reset();
   std::filesystem::remove(file("port"));
   start_server("0.0.0.0:0", {"--insecure"});
-  EXPECT_TRUE(
-      says(failure({"jobs", "--server", "127.0.0.1:" + port(), "--token-file", file("carl")}), "it takes no tokens"));
+  EXPECT_TRUE(says(failure({"jobs", "--server", "127.0.0.1:" + port(), "--token-file", file("carl")}),
+                   "this farm takes no tokens"));
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ TEST_F(CliTest, ACubeFillsThePictureUnderAWhiteSky) {
   const std::string cube = write("cube.obj", kCube);
   const nlohmann::json answer =
       json({"render", cube, "--local", "--size", "64x64", "--spp", "16", "-o", file("a.exr")});
-  EXPECT_TRUE(has_notice(answer, "nothing emits light: an even white sky was added")) << answer["notices"];
+  EXPECT_TRUE(has_notice(answer, "nothing emits light: a uniform white sky was added")) << answer["notices"];
   EXPECT_FALSE(has_notice(answer, "the picture is almost black"));
   const Result<RgbImage> image = load_rgb(file("a.exr"));
   ASSERT_TRUE(image.ok()) << image.status();
@@ -102,7 +102,8 @@ TEST_F(CliTest, MomentsThatAFileLacksAreRefused) {
   };
   EXPECT_EQ(refusal({animated, "--animation", "run"}),
             "lightmill: " + animated + ": there is no animation run. It has 2 animations: leaves, stays\n");
-  EXPECT_EQ(refusal({animated, "--at", "nan"}).substr(0, 56), "lightmill: --at: must be a number from 0 to 1000000000, ");
+  EXPECT_EQ(refusal({animated, "--at", "nan"}).substr(0, 56),
+            "lightmill: --at: must be a number from 0 to 1000000000, ");
   EXPECT_EQ(refusal({cube, "--at", "1"}),
             "lightmill: --at and --animation apply only to glTF files, and " + cube + " is none\n");
 }

@@ -72,7 +72,7 @@ TEST(MemoryEnd, AFailedAllocationInANoexceptFunctionEndsTheProgramWithAMessage) 
   expect_words([] { const AllocatesAtItsEnd end; });
 }
 
-TEST(MemoryEnd, AnotherExceptionInANoexceptFunctionAbortsAsBefore) {
+TEST(MemoryEnd, AnotherExceptionInANoexceptFunctionStillAborts) {
   if (kSanitized) {
     GTEST_SKIP() << "a sanitizer ends the program itself";
   }
@@ -94,7 +94,7 @@ TEST(MemoryEnd, AFailedThreadStartCountsAsOutOfMemory) {
       ::testing::ExitedWithCode(7), "^program: it needs more memory");
 }
 
-TEST(MemoryEnd, OtherExceptionsAbortAsBefore) {
+TEST(MemoryEnd, OtherExceptionsStillAbort) {
   EXPECT_EXIT(end_in_a_thread([] { throw std::runtime_error("a mistake"); }), ::testing::KilledBySignal(SIGABRT),
               "a mistake");
 }

@@ -179,6 +179,10 @@ TEST(Table, RowsOfLinesLoseTheMiddleOfLongCellsThenTheLastColumns) {
   EXPECT_EQ(format_table_in_lines(rows, 25), (Lines{"A  NAME", "1  the first p…second act"}));
   EXPECT_EQ(hidden_columns(rows, 25), "hidden: OWNER (needs 26 columns)");
   EXPECT_EQ(hidden_columns(rows, 0), "");
+  EXPECT_EQ(shortened_columns(rows, 0), "");
+  EXPECT_EQ(shortened_columns(rows, 44), "shortened: NAME (needs 45 columns)");
+  EXPECT_EQ(shortened_columns(rows, 25), "shortened: NAME (needs 45 columns)");
+  EXPECT_EQ(shortened_columns(rows, 45), "");
   EXPECT_EQ(format_table_in_lines(rows, 0), format_table(rows, 0));
 }
 

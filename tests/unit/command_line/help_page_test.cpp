@@ -15,6 +15,7 @@ struct Mill {
                "mill"};
   std::string grain, size = "fine";
   int stones = 2;
+  bool rye = false, oats = false, late = false;
 
   Mill() {
     CLI::App* grind = app.add_subcommand("grind", "Grind grain.")->group("Work");
@@ -23,7 +24,10 @@ struct Mill {
         ->type_name("SIZE")
         ->capture_default_str();
     grind->add_option("--stones", stones, "how many stones")->type_name("N")->envname("MILL_STONES")->group("Stones");
-    app.add_subcommand("grow", "Grow grain.")->group("Work");
+    CLI::App* grow = app.add_subcommand("grow", "Grow grain.")->group("Work");
+    grow->add_flag("--rye", rye, "grow rye");
+    grow->add_flag("--oats", oats, "grow oats")->excludes("--rye");
+    grow->add_flag("--late", late, "sow late")->needs("--rye");
     app.add_subcommand("halt", "Stop the mill.")->group("Ends");
     app.require_subcommand(1);
   }
@@ -203,6 +207,14 @@ TEST(UsageErrors, NameTheNearestWord) {
   EXPECT_EQ(Mill().error_of({"grind"}), "GRAIN must be given");
   EXPECT_EQ(Mill().error_of({}), "a command is missing. Commands: grind, grow, halt");
   EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), "; did you mean 'abd'?");
+}
+
+TEST(UsageErrors, HaveNoWordsOfTheParser) {
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "--size"}), "--size: a value is expected, got none");
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "--stones", "few"}), "--stones: a number is expected, got 'few'");
+  EXPECT_EQ(Mill().error_of({"grow", "--rye=much"}), "--rye takes no value, got 'much'");
+  EXPECT_EQ(Mill().error_of({"grow", "--rye", "--oats"}), "--rye and --oats do not go together");
+  EXPECT_EQ(Mill().error_of({"grow", "--late"}), "--late is given without --rye");
 }
 
 TEST(UsageErrors, NameTheKnownWords) {

@@ -67,8 +67,8 @@ Vec3d texel_of(const Vec3d& n) {
   return (glm::normalize(n) + 1.0) * 0.5;
 }
 
-/// Objects of one mesh and one material with a map.
-struct Bent {
+/// Objects of one mesh and one material with a normal map or bump map.
+struct MappedCard {
   Mesh mesh = card();
   Texels texels = image_of(1, 1, [](double, double) { return texel_of({0.3, 0.1, 1}); });
   TextureImage image{"map", "map.exr", sha256("map")};
@@ -131,26 +131,26 @@ Transform linear(const Vec3d& x, const Vec3d& y, const Vec3d& z, const Vec3d& mo
 }
 
 TEST(NormalMap, AFlatMapKeepsTheNormal) {
-  Bent bent;
-  bent.texels = image_of(1, 1, [](double, double) { return Vec3d(0.5, 0.5, 1); });
-  EXPECT_EQ(bent.normal(), Vec3d(0, 0, 1));
+  MappedCard mapped;
+  mapped.texels = image_of(1, 1, [](double, double) { return Vec3d(0.5, 0.5, 1); });
+  EXPECT_EQ(mapped.normal(), Vec3d(0, 0, 1));
   // With 8 bits, 128 is the nearest to a half.
-  bent.texels = Texels{1, 1, std::vector<std::uint32_t>{0xffff8080u}, {}, true};
-  expect_direction(bent.normal(), {1 / 255.0, 1 / 255.0, 1});
+  mapped.texels = Texels{1, 1, std::vector<std::uint32_t>{0xffff8080u}, {}, true};
+  expect_direction(mapped.normal(), {1 / 255.0, 1 / 255.0, 1});
 }
 
 TEST(NormalMap, RedIsAlongUAndGreenAlongV) {
-  expect_direction(Bent().normal(), {0.3, 0.1, 1});
-  Bent strong;
+  expect_direction(MappedCard().normal(), {0.3, 0.1, 1});
+  MappedCard strong;
   strong.scale = 2;
   expect_direction(strong.normal(), {0.6, 0.2, 1});
-  Bent turned;  // u along y, v against x
+  MappedCard turned;  // u along y, v against x
   turned.mesh = card_with([](float x, float y) { return std::array{y, -x}; });
   expect_direction(turned.normal(), {-0.1, 0.3, 1});
 }
 
 TEST(NormalMap, MirroredTextureCoordinatesMirrorTheFrame) {
-  Bent against_x, against_y, by_image;
+  MappedCard against_x, against_y, by_image;
   against_x.mesh = card_with([](float x, float y) { return std::array{-x, y}; });
   expect_direction(against_x.normal(), {-0.3, 0.1, 1});
   against_y.mesh = card_with([](float x, float y) { return std::array{x, 5 - 3 * y}; });
@@ -160,7 +160,7 @@ TEST(NormalMap, MirroredTextureCoordinatesMirrorTheFrame) {
 }
 
 TEST(NormalMap, RotatedTextureCoordinatesRotateTheFrame) {
-  Bent turned;  // the image's first coordinate grows against y, and its second one along x
+  MappedCard turned;  // the image's first coordinate grows against y, and its second one along x
   turned.image.rotation_degrees = 90;
   expect_direction(turned.normal(), {0.1, -0.3, 1});
   turned.image.scale = {-1, 1};
@@ -169,36 +169,36 @@ TEST(NormalMap, RotatedTextureCoordinatesRotateTheFrame) {
 
 /// The frame is that of u, made perpendicular to the normal.
 TEST(NormalMap, SkewCoordinatesKeepTheDirectionOfU) {
-  Bent bent;
-  bent.mesh = card_with([](float x, float y) { return std::array{x, x + y}; });  // u grows along (1, -1)
+  MappedCard mapped;
+  mapped.mesh = card_with([](float x, float y) { return std::array{x, x + y}; });  // u grows along (1, -1)
   const Vec3d t = glm::normalize(Vec3d(1, -1, 0)), b = glm::cross(Vec3d(0, 0, 1), t);
-  expect_direction(bent.normal(), t * 0.3 + b * 0.1 + Vec3d(0, 0, 1));
+  expect_direction(mapped.normal(), t * 0.3 + b * 0.1 + Vec3d(0, 0, 1));
 }
 
 TEST(NormalMap, InterpolatedNormalsCarryTheFrame) {
-  Bent bent;
+  MappedCard mapped;
   const Vec3d n = glm::normalize(Vec3d(0.4, -0.3, 1));
-  bent.mesh.normals.assign(4, {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
+  mapped.mesh.normals.assign(4, {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
   const Vec3d t = glm::normalize(Vec3d(1, 0, 0) - n * n.x), b = glm::cross(n, t);
-  expect_direction(bent.normal(), t * 0.3 + b * 0.1 + n);
+  expect_direction(mapped.normal(), t * 0.3 + b * 0.1 + n);
   // A ray from behind the normal sees the same one.
-  expect_direction(Bent::normal_at(*bent.compiled(), {-6.7, 0.6, 1}, {7, 0, -1}), t * 0.3 + b * 0.1 + n);
+  expect_direction(MappedCard::normal_at(*mapped.compiled(), {-6.7, 0.6, 1}, {7, 0, -1}), t * 0.3 + b * 0.1 + n);
 }
 
 TEST(NormalMap, TangentsOfAMeshCountWithTheirSign) {
   for (const float sign : {1.0f, -1.0f}) {
-    Bent bent;
-    bent.mesh.tangents.assign(4, {0, 1, 0, sign});
+    MappedCard mapped;
+    mapped.mesh.tangents.assign(4, {0, 1, 0, sign});
     const Vec3d b = glm::cross(Vec3d(0, 0, 1), Vec3d(0, 1, 0)) * double{sign};
-    expect_direction(bent.normal(), Vec3d(0, 0.3, 1) + b * 0.1);
+    expect_direction(mapped.normal(), Vec3d(0, 0.3, 1) + b * 0.1);
   }
 }
 
 TEST(NormalMap, TangentsOfTheTextureCoordinatesAreThoseOfAMeshThatGivesThem) {
   for (const bool mirrored : {false, true}) {
-    Bent derived;
+    MappedCard derived;
     derived.mesh = card_with([&](float x, float y) { return std::array{x, mirrored ? -y : y}; });
-    Bent given = derived;
+    MappedCard given = derived;
     given.mesh.tangents.assign(4, {1, 0, 0, mirrored ? -1.0f : 1.0f});
     expect_direction(given.normal(), derived.normal());
   }
@@ -211,46 +211,46 @@ TEST(NormalMap, TransformsMoveTheNormalsWithTheSurface) {
   for (const std::uint32_t squares : {1u, 8u}) {
     for (const double mirror : {1.0, -1.0}) {
       for (const bool tangents : {false, true}) {
-        Bent bent;
-        bent.mesh = card(squares);
+        MappedCard mapped;
+        mapped.mesh = card(squares);
         if (tangents) {
-          bent.mesh.tangents.assign(bent.mesh.positions.size(), {1, 0, 0, 1});
+          mapped.mesh.tangents.assign(mapped.mesh.positions.size(), {1, 0, 0, 1});
         }
         const Vec3d x(2 * c * mirror, 2 * s * mirror, 0), y(0, 0, 2), z(2 * s, -2 * c, 0);
-        bent.transforms = {linear(x, y, z, {0.1, 0.2, 0.3}), linear({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {8, 0, 0})};
-        expect_direction(bent.normal(), x * from_texel.x + y * from_texel.y + z * from_texel.z, 2e-6);
+        mapped.transforms = {linear(x, y, z, {0.1, 0.2, 0.3}), linear({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {8, 0, 0})};
+        expect_direction(mapped.normal(), x * from_texel.x + y * from_texel.y + z * from_texel.z, 2e-6);
       }
     }
   }
 }
 
 TEST(NormalMap, PlanesHaveThePlanesTangents) {
-  Bent bent;
-  bent.plane = PlaneShape{{0, 0, 0}, {0, 0, 1}};
-  expect_direction(Bent::normal_at(*bent.compiled(), {0.3, 0.6, 1}, {0, 0, -1}), {0.3, 0.1, 1});
+  MappedCard mapped;
+  mapped.plane = PlaneShape{{0, 0, 0}, {0, 0, 1}};
+  expect_direction(MappedCard::normal_at(*mapped.compiled(), {0.3, 0.6, 1}, {0, 0, -1}), {0.3, 0.1, 1});
 }
 
-TEST(NormalMap, WithoutTextureCoordinatesNothingIsBent) {
-  Bent bent;
-  bent.mesh.texture_coordinates.assign(4, {0.5f, 0.5f});
-  EXPECT_EQ(bent.normal(), Vec3d(0, 0, 1));
-  bent.mesh.texture_coordinates.clear();
-  EXPECT_EQ(bent.normal(), Vec3d(0, 0, 1));
+TEST(NormalMap, WithoutTextureCoordinatesNormalsStay) {
+  MappedCard mapped;
+  mapped.mesh.texture_coordinates.assign(4, {0.5f, 0.5f});
+  EXPECT_EQ(mapped.normal(), Vec3d(0, 0, 1));
+  mapped.mesh.texture_coordinates.clear();
+  EXPECT_EQ(mapped.normal(), Vec3d(0, 0, 1));
 }
 
 /// Texels may point anywhere, and may be no normals at all.
 TEST(NormalMap, NormalsStayInFrontOfTheSurface) {
   for (const Vec3d& texel : {Vec3d(1, 0.5, 0.5), Vec3d(0, 0, 0), Vec3d(0.5, 0.5, 0), Vec3d(0.5, 0.5, 0.5),
                              Vec3d(1e30, 0, 0), Vec3d(-1e38, 1e38, 1)}) {
-    Bent bent;
-    bent.texels = image_of(1, 1, [&](double, double) { return texel; });
-    const Vec3d n = bent.normal();
+    MappedCard mapped;
+    mapped.texels = image_of(1, 1, [&](double, double) { return texel; });
+    const Vec3d n = mapped.normal();
     EXPECT_NEAR(glm::length(n), 1, 1e-5) << texel.x;
     EXPECT_GT(n.z, NormalMaps::kLeastCosine - 1e-5) << texel.x;
   }
-  Bent bent;
-  bent.texels = image_of(1, 1, [&](double, double) { return texel_of({1, 0, 0}); });
-  expect_direction(bent.normal(),
+  MappedCard mapped;
+  mapped.texels = image_of(1, 1, [&](double, double) { return texel_of({1, 0, 0}); });
+  expect_direction(mapped.normal(),
                    {std::sqrt(1 - NormalMaps::kLeastCosine * NormalMaps::kLeastCosine), 0, NormalMaps::kLeastCosine});
 }
 
@@ -265,44 +265,44 @@ Vec3d wave_gradient(double u, double v) {
           -0.6 * kTwoPi * std::sin(kTwoPi * u) * std::sin(kTwoPi * 2 * v), 0};
 }
 
-Bent waves(double height) {
-  Bent bent;
-  bent.texels = image_of(512, 512, [](double u, double v) { return Vec3d(wave(u, v), 0, 0.7); });
-  bent.bump = BumpMap{{0, ScalarMap::Channel::r}, height};
-  return bent;
+MappedCard waves(double height) {
+  MappedCard mapped;
+  mapped.texels = image_of(512, 512, [](double u, double v) { return Vec3d(wave(u, v), 0, 0.7); });
+  mapped.bump = BumpMap{{0, ScalarMap::Channel::r}, height};
+  return mapped;
 }
 
 /// The slope is averaged over one texel, and linear between texels: its error is below 1e-4 of the largest here.
 TEST(BumpMap, NormalsAreThoseOfTheHeightField) {
-  Bent bent = waves(0.2);
+  MappedCard mapped = waves(0.2);
   for (const auto& [x, y] : {std::pair(0.3, 0.6), {0.71, 0.11}, {0.95, 0.42}, {0.05, 0.87}}) {
-    expect_direction(bent.normal(x, y), Vec3d(0, 0, 1) - 0.2 * wave_gradient(x, y), 3e-4);
+    expect_direction(mapped.normal(x, y), Vec3d(0, 0, 1) - 0.2 * wave_gradient(x, y), 3e-4);
   }
-  bent.bump->height = -0.2;
-  expect_direction(bent.normal(0.3, 0.6), Vec3d(0, 0, 1) + 0.2 * wave_gradient(0.3, 0.6), 3e-4);
-  bent.bump->map.channel = ScalarMap::Channel::b;
-  EXPECT_EQ(bent.normal(0.3, 0.6), Vec3d(0, 0, 1));
+  mapped.bump->height = -0.2;
+  expect_direction(mapped.normal(0.3, 0.6), Vec3d(0, 0, 1) + 0.2 * wave_gradient(0.3, 0.6), 3e-4);
+  mapped.bump->map.channel = ScalarMap::Channel::b;
+  EXPECT_EQ(mapped.normal(0.3, 0.6), Vec3d(0, 0, 1));
 }
 
 TEST(BumpMap, RotatedTextureCoordinatesRotateTheSlopes) {
-  Bent bent = waves(0.2);
-  bent.image.scale = {2, 3};
-  bent.image.rotation_degrees = 30;
+  MappedCard mapped = waves(0.2);
+  mapped.image.scale = {2, 3};
+  mapped.image.rotation_degrees = 30;
   const double c = std::cos(std::numbers::pi / 6), s = 0.5, x = 0.3, y = 0.6;
   const Vec3d inner = wave_gradient(c * 2 * x - s * 3 * y, s * 2 * x + c * 3 * y);
   const Vec3d gradient(2 * (c * inner.x + s * inner.y), 3 * (c * inner.y - s * inner.x), 0);
-  expect_direction(bent.normal(x, y), Vec3d(0, 0, 1) - 0.2 * gradient, 6e-4);
+  expect_direction(mapped.normal(x, y), Vec3d(0, 0, 1) - 0.2 * gradient, 6e-4);
 }
 
 /// The height is in scene units, however large the surface and however the image is repeated on it.
 TEST(BumpMap, HeightsAreInSceneUnits) {
-  Bent bent = waves(0.2);
-  bent.image.scale = {2, -3};
-  bent.image.offset = {0.1, 0.2};
+  MappedCard mapped = waves(0.2);
+  mapped.image.scale = {2, -3};
+  mapped.image.offset = {0.1, 0.2};
   const Vec3d inner = wave_gradient(2 * 0.3 + 0.1, -3 * 0.6 + 0.2);
-  expect_direction(bent.normal(0.3, 0.6), Vec3d(0, 0, 1) - 0.2 * Vec3d(2 * inner.x, -3 * inner.y, 0), 6e-4);
+  expect_direction(mapped.normal(0.3, 0.6), Vec3d(0, 0, 1) - 0.2 * Vec3d(2 * inner.x, -3 * inner.y, 0), 6e-4);
   for (const std::uint32_t squares : {1u, 8u}) {
-    Bent large = waves(0.2);
+    MappedCard large = waves(0.2);
     large.mesh = card(squares);
     const Vec3d moved(0.1, 0.2, 0.3);
     large.transforms = {linear({-4, 0, 0}, {0, 0, 3}, {0, 5, 0}, moved),
@@ -313,23 +313,23 @@ TEST(BumpMap, HeightsAreInSceneUnits) {
 }
 
 TEST(BumpMap, SkewCoordinatesGiveTheSameSurface) {
-  Bent bent = waves(0.2);
-  bent.mesh = card_with([](float x, float y) { return std::array{x + 0.5f * y, 0.3f * x - y}; });
+  MappedCard mapped = waves(0.2);
+  mapped.mesh = card_with([](float x, float y) { return std::array{x + 0.5f * y, 0.3f * x - y}; });
   const double x = 0.3, y = 0.6;
   const Vec3d g = wave_gradient(x + 0.5 * y, 0.3 * x - y);
-  expect_direction(bent.normal(x, y), Vec3d(0, 0, 1) - 0.2 * Vec3d(g.x + 0.3 * g.y, 0.5 * g.x - g.y, 0), 3e-4);
+  expect_direction(mapped.normal(x, y), Vec3d(0, 0, 1) - 0.2 * Vec3d(g.x + 0.3 * g.y, 0.5 * g.x - g.y, 0), 3e-4);
 }
 
 TEST(BumpMap, TangentsOfTheMeshAreIgnored) {
-  Bent bent = waves(0.2);
-  bent.mesh.tangents.assign(4, {0, 1, 0, -1});
-  expect_direction(bent.normal(0.3, 0.6), Vec3d(0, 0, 1) - 0.2 * wave_gradient(0.3, 0.6), 3e-4);
+  MappedCard mapped = waves(0.2);
+  mapped.mesh.tangents.assign(4, {0, 1, 0, -1});
+  expect_direction(mapped.normal(0.3, 0.6), Vec3d(0, 0, 1) - 0.2 * wave_gradient(0.3, 0.6), 3e-4);
 }
 
 TEST(BumpMap, OnPlanesLengthsAreThoseOfTheScene) {
-  Bent bent = waves(0.2);
-  bent.plane = PlaneShape{{0, 0, 0}, {0, 0, 1}};
-  expect_direction(Bent::normal_at(*bent.compiled(), {0.3, 0.6, 1}, {0, 0, -1}),
+  MappedCard mapped = waves(0.2);
+  mapped.plane = PlaneShape{{0, 0, 0}, {0, 0, 1}};
+  expect_direction(MappedCard::normal_at(*mapped.compiled(), {0.3, 0.6, 1}, {0, 0, -1}),
                    Vec3d(0, 0, 1) - 0.2 * wave_gradient(0.3, 0.6), 3e-4);
 }
 

@@ -194,11 +194,11 @@ TEST(TexturedLight, EmitsByItsTexels) {
     }
   }
   // Coordinates that do not fit a parallelogram: green only near the last corner.
-  const std::string bent =
+  const std::string mapped =
       "v 0 1 0\nv 0.1 1 0\nv 0.1 1 0.1\nv 0 1 0.1\nvt 0.1 0.9\nvt 0.2 0.9\nvt 0.1 0.8\nvt 0.9 0.9\n"
       "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
   const auto by_halves = [&](double u, double v) { return 3 * texels[v - u > 0.5 ? 1 : 0]; };
-  expect_reading(read(mesh, bent, {0, 0}), irradiance_by({0, 0}, 0.1, false, by_halves), 4e-2);
+  expect_reading(read(mesh, mapped, {0, 0}), irradiance_by({0, 0}, 0.1, false, by_halves), 4e-2);
 }
 
 TEST(TexturedLight, IsAPointOfItsMeanColourInRaycast) {
@@ -218,7 +218,7 @@ TEST(TexturedLight, IsAPointOfItsMeanColourInRaycast) {
   EXPECT_NEAR(mean_of(image, 1).value, 6 * of_power, 1e-4);
 }
 
-/// The square under a sun and an even sky.
+/// The square under a sun and a uniform sky.
 HalfImages shaded(const std::string& textures, const std::string& material, const std::string& method = "path") {
   std::string text = document(textures, R"({"name": "picture", )" + material + "}");
   text.insert(text.size() - 1, R"(, "lights": [

@@ -76,7 +76,7 @@ std::vector<int> shifts_of(const Gain& gain, std::size_t tiles) {
   return shifts;
 }
 
-// One tile of variance 100 and four of 1 get 2, 1, 1, ½ and ½: (100/2 + 2·1 + 2·4)·5. An even allocation has (100 +
+// One tile of variance 100 and four of 1 get 2, 1, 1, ½ and ½: (100/2 + 2·1 + 2·4)·5. A uniform allocation has (100 +
 // 4)·5.
 TEST(Allocate, NoisyTilesGetMore) {
   const std::vector<TileNoise> tiles{{10, 100, 1}, {10, 1, 1}, {10, 1, 1}, {10, 1, 1}, {10, 1, 1}};
@@ -87,7 +87,7 @@ TEST(Allocate, NoisyTilesGetMore) {
   EXPECT_TRUE(allocate(std::vector<TileNoise>{{10, 100, 100}, {10, 1, 1}}, 0).allocation.even());
 }
 
-TEST(Allocate, IsEvenWithoutAGain) {
+TEST(Allocate, IsUniformWithoutAGain) {
   EXPECT_TRUE(allocate(std::vector<TileNoise>(9, {4096, 0.3, 5}), 0).allocation.even());
   EXPECT_TRUE(allocate(std::vector<TileNoise>(9, {4096, 0, 5}), 0).allocation.even());
   EXPECT_TRUE(allocate(std::vector<TileNoise>{}, 0).allocation.even());

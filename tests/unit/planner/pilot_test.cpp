@@ -130,7 +130,7 @@ std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::str
   return *CompiledScene::compile(scene.scene(), scene.assets());
 }
 
-// The lobe of a ball's side, α = .59 · .3²: the mean of its density, weighted with itself, is ∫ K² = 1/(12πα²).
+// The lobe of a ball's side, alpha = .59 · .3²: the mean of its density, weighted with itself, is ∫ K² = 1/(12π alpha²).
 TEST(Pilot, ARoughCasterSpreadsTheSunOverItsLobe) {
   const auto sun = metal_ball(0.3, R"({"directional": {"direction": [1, -2, -1], "irradiance": {"rgb": [3, 2, 1]}}})");
   const double alpha = 0.59 * 0.09, brightness = 1 / (12 * 3.14159265 * alpha * alpha);
@@ -147,7 +147,7 @@ TEST(Pilot, RoughCastersShowAtMostTheEmittersRadiance) {
     EXPECT_LE(shown, 2.0001f) << roughness;
     EXPECT_GT(shown, 1.5f) << roughness;
   }
-  // The emitter fills π · 3²/100² of the directions, a hundredth of what the lobe spreads over: 12πα² = .106.
+  // The emitter fills π · 3²/100² of the directions, a hundredth of what the lobe spreads over: 12π alpha² = .106.
   const float far = emitter_radiance_in_casters(*metal_ball(0.3, "", 100)).x;
   EXPECT_NEAR(far, 2 * 3.1416 * 9 / 10000 / 0.1063, 0.1 * far);
 }

@@ -66,7 +66,7 @@ TEST(Facts, ASceneThatLosesNoLightIsFlagged) {
 }
 
 TEST(Facts, GlossOnBurleysDiffusePartAddsToItsAlbedo) {
-  // Gray of 0.95 reflects 0.95 · 1.0652 of even light without gloss (the mean of principled_test's formula, roughness 1).
+  // Gray of 0.95 reflects 0.95 · 1.0652 of uniform light without gloss (the mean of principled_test's formula, roughness 1).
   PrincipledMaterial chalk{{0.95f, 0.95f, 0.95f}, 0, 1, 0};
   const auto most = [&] { return read_facts(scene_of({material("chalk", chalk)}, {kSky})).largest_albedo; };
   EXPECT_NEAR(most(), 0.95, 1e-6);

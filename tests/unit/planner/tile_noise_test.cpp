@@ -95,7 +95,7 @@ TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
   EXPECT_NE(describe(path).find("times the mean"), std::string::npos) << describe(path);
 }
 
-TEST(TileNoise, ANoiselessPictureHasAnEvenAllocation) {
+TEST(TileNoise, ANoiselessPictureHasAUniformAllocation) {
   const auto scene = half_dark().compiled();
   const Gain gain = find_allocation(scene, {"preview", 3, 0, TileGrid({0, 0, 64, 64})}).value();
   EXPECT_TRUE(gain.allocation.even());

@@ -23,7 +23,7 @@ using test::read;
 
 constexpr const char* kNoCamera =
     "there is no camera: one was added that sees all from the front, above and right (--camera chooses another)";
-constexpr const char* kNoLight = "nothing emits light: an even white sky was added (--sky off leaves it out)";
+constexpr const char* kNoLight = "nothing emits light: a uniform white sky was added (--sky off leaves it out)";
 
 TEST(GltfScene, NodesHaveTheTransformsOfTheirParents) {
   const float s = std::sqrt(0.5f);  // half a right angle's quaternion

@@ -54,7 +54,7 @@ TEST_F(MissingParts, AnObjFileIsSeenAsAWholeAndLit) {
       expect_near(camera.eye, {shift + 0.48 * distance, 0.36 * distance, 0.8 * distance}, 1e-9);
       EXPECT_EQ(skies(loaded), 1);
       EXPECT_TRUE(says(loaded, "there is no camera: one was added")) << loaded.notices[0];
-      EXPECT_TRUE(says(loaded, "nothing emits light: an even white sky was added"));
+      EXPECT_TRUE(says(loaded, "nothing emits light: a uniform white sky was added"));
     }
   }
 }
@@ -147,7 +147,7 @@ TEST_F(MissingParts, LabelsOnABodyDoNotReplaceTheSky) {
       "v 1 -0.3 -0.3\nv 1 0.3 -0.3\nv 1 0.3 0.3\nv 1 -0.3 0.3\nf 13 14 15 16\n";
   const LoadedScene labelled = good({write("a.obj", "mtllib a.mtl\nusemtl body\n" + kCube + labels)});
   EXPECT_EQ(skies(labelled), 1);
-  EXPECT_TRUE(says(labelled, "the emissive surfaces do not light the others: an even white sky was added"));
+  EXPECT_TRUE(says(labelled, "the emissive surfaces do not light the others: a uniform white sky was added"));
   // In front of a wall the same labels are its lights.
   const std::string wall = "usemtl body\nv -2 -2 1.5\nv -2 2 1.5\nv 2 2 1.5\nv 2 -2 1.5\nf 17 18 19 20\n";
   EXPECT_EQ(skies(good({write("a.obj", "mtllib a.mtl\nusemtl body\n" + kCube + labels + wall)})), 0);
@@ -165,7 +165,7 @@ std::string map_of(const std::string& extensions) {
 TEST_F(MissingParts, EmissiveMapsDoNotReplaceTheSky) {
   const LoadedScene mapped = good({write("a.gltf", map_of(""))});
   EXPECT_EQ(skies(mapped), 1);
-  EXPECT_TRUE(says(mapped, "the emissive surfaces do not light the others: an even white sky was added"));
+  EXPECT_TRUE(says(mapped, "the emissive surfaces do not light the others: a uniform white sky was added"));
   // A light of the file is light, however weak.
   const std::string sun =
       R"(,"extensions":{"KHR_lights_punctual":{"lights":[{"type":"directional"}]}},"scene":0,"scenes":[{"nodes":[0,1,2]}])";

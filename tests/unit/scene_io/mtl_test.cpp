@@ -69,7 +69,7 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
   const auto& gold = std::get<PrincipledMaterial>(materials[3].kind);
   EXPECT_EQ(gold.metallic, 1);
   EXPECT_EQ(gold.base_color.rgb, (RgbColor{1, 0.75f, 0.25f}));
-  EXPECT_DOUBLE_EQ(std::pow(gold.roughness, 4), 2.0 / 32);  // α² = 2 / (s + 2)
+  EXPECT_DOUBLE_EQ(std::pow(gold.roughness, 4), 2.0 / 32);  // alpha² = 2 / (s + 2)
   EXPECT_EQ(std::get<PrincipledMaterial>(materials[4].kind).base_color.rgb, (RgbColor{0.5f, 0.5f, 0.5f}));
   EXPECT_EQ(std::get<PrincipledMaterial>(materials[4].kind).roughness, 0);
   const auto& pbr = std::get<PrincipledMaterial>(materials[5].kind);
@@ -145,7 +145,7 @@ TEST(Mtl, NormsAreNormalMapsAndBumpsAreHeights) {
   EXPECT_EQ(materials[1].normal_map, NormalMap{});
   EXPECT_EQ(materials[2].normal_map, (NormalMap{2, 2}));
   EXPECT_EQ(materials[3].bump_map, (BumpMap{{1, ScalarMap::Channel::luminance}, 1}));
-  EXPECT_FALSE(bends_normals(materials[4]));
+  EXPECT_FALSE(has_mapped_normals(materials[4]));
   for (const TextureImage& texture : scene.textures) {
     EXPECT_EQ(texture.color_space, TextureImage::ColorSpace::linear) << texture.file;
   }

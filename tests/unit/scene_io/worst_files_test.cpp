@@ -151,7 +151,7 @@ std::string pbrt(const std::string& world) {
          world;
 }
 
-TEST_F(WorstFiles, OutlinesOfObjFaces) {
+TEST_F(WorstFiles, OutlinesOfObjFacesTakeFewStepsForEachCorner) {
   for (const auto& [name, outline] : outlines()) {
     SCOPED_TRACE(name);
     std::string obj, face = "f";
@@ -164,7 +164,7 @@ TEST_F(WorstFiles, OutlinesOfObjFaces) {
   }
 }
 
-TEST_F(WorstFiles, OutlinesOfPlyFaces) {
+TEST_F(WorstFiles, OutlinesOfPlyFacesTakeFewStepsForEachCorner) {
   for (const auto& [name, outline] : outlines()) {
     SCOPED_TRACE(name);
     const std::vector<Point> points = outline(kCorners);
@@ -182,7 +182,7 @@ TEST_F(WorstFiles, OutlinesOfPlyFaces) {
   }
 }
 
-TEST_F(WorstFiles, PlyFacesOfFewBytes) {
+TEST_F(WorstFiles, PlyFacesOfFewBytesTakeProportionalWork) {
   expect_read([](int count) {
     std::string ply = fmt::format(
         "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty char x\nproperty char y\nproperty char z\n"
@@ -196,7 +196,7 @@ TEST_F(WorstFiles, PlyFacesOfFewBytes) {
   });
 }
 
-TEST_F(WorstFiles, ObjStatements) {
+TEST_F(WorstFiles, ObjStatementsTakeProportionalWork) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   expect_read([&](int count) {  // a material and a smoothing group for each face
     std::string obj = corners;
@@ -232,7 +232,7 @@ TEST_F(WorstFiles, ObjStatements) {
   });
 }
 
-TEST_F(WorstFiles, MtlStatements) {
+TEST_F(WorstFiles, MtlStatementsTakeProportionalWork) {
   const std::string obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
   const auto of_one_material = [&](const std::function<std::string(int)>& statement) {
     expect_read([&](int count) {
@@ -262,7 +262,7 @@ TEST_F(WorstFiles, MtlStatements) {
   });
 }
 
-TEST_F(WorstFiles, MaterialsOfOneNameInManyFiles) {
+TEST_F(WorstFiles, MaterialsOfOneNameInManyFilesTakeProportionalWork) {
   const auto work_of = [&](int count) {
     std::vector<fs::path> paths;
     for (int i = 0; i < count; ++i) {
@@ -299,7 +299,7 @@ std::string repeated(int count, const std::function<std::string(int)>& text) {
   return out;
 }
 
-TEST_F(WorstFiles, GltfLists) {
+TEST_F(WorstFiles, GltfListsTakeProportionalWork) {
   expect_read([](int count) {
     return Files{{"a.gltf", one_triangle(fmt::format(R"(,"extensionsUsed":[{}])", repeated(count, [](int i) {
                                                        return fmt::format(R"("EXT_{}")", i);
@@ -348,7 +348,7 @@ TEST_F(WorstFiles, GltfLists) {
   });
 }
 
-TEST_F(WorstFiles, GltfNamesAndBuffersThatAreShared) {
+TEST_F(WorstFiles, SharedGltfNamesAndBuffersTakeProportionalWork) {
   const std::string name(2'000, 'n');
   expect_read([&](int count) {  // instances of a mesh, lights and cameras with long names
     test::GltfBuffer buffer;
@@ -372,7 +372,7 @@ TEST_F(WorstFiles, GltfNamesAndBuffersThatAreShared) {
   EXPECT_NE(test::error_message(flat).find("none of its triangles has an area"), std::string::npos);
 }
 
-TEST_F(WorstFiles, PbrtDirectives) {
+TEST_F(WorstFiles, PbrtDirectivesTakeProportionalWork) {
   expect_read([](int count) {  // each medium is within the next one
     std::string text = "MakeNamedMedium \"0\" \"string type\" \"homogeneous\"\nMaterial \"interface\"\n";
     for (int i = 1; i <= count; ++i) {
@@ -411,7 +411,7 @@ TEST_F(WorstFiles, PbrtDirectives) {
   });
 }
 
-TEST_F(WorstFiles, PbrtAttributesAreShort) {
+TEST_F(WorstFiles, ValuesOfAPbrtAttributeAreLimited) {
   std::string values;
   for (int i = 0; i < 1001; ++i) {
     values += " 0";
@@ -424,7 +424,7 @@ std::string xml(const std::string& body) {
   return "<scene version=\"3.0.0\"><sensor type=\"perspective\"/>\n" + body + "\n</scene>";
 }
 
-TEST_F(WorstFiles, MitsubaElements) {
+TEST_F(WorstFiles, MitsubaElementsTakeProportionalWork) {
   expect_read([](int count) {  // shapes that share one bsdf with a long name
     const std::string id(2'000, 'i');
     std::string text = fmt::format("<bsdf type=\"diffuse\" id=\"{}\"/>", id);
@@ -466,7 +466,7 @@ std::string scene_document(const std::string& members) {
   return fmt::format(R"({{"camera": {{"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1}}, {}}})", members);
 }
 
-TEST_F(WorstFiles, DocumentLists) {
+TEST_F(WorstFiles, DocumentListsTakeProportionalWork) {
   expect_read([](int count) {  // textures of one image, and objects of one file with many parts
     const std::string textures =
         repeated(count, [](int i) { return fmt::format(R"({{"name": "t{}", "file": "a.png"}})", i); });

@@ -4,7 +4,7 @@
 namespace lightmill::test {
 namespace {
 
-class ClaimsTest : public VerifyingTest {
+class ClaimsTest : public AuditTest {
  protected:
   JobId submit_unaudited(const std::string& request) {
     JobSpec job = spec(request, 1 << 14, {0, 0, 256, 256});
@@ -151,7 +151,7 @@ TEST_F(ClaimsTest, ThreadsDoNotMakeTheUnitsOfOthersLonger) {
 TEST_F(ClaimsTest, AnAuditedJobDoesNotStartInAClassOfOneIdentity) {
   const SessionId liar = connect_on("m0", "a liar", 1, "its own");
   const SessionId honest = connect_on("m1", "honest"), other = connect_on("m2", "other");
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   EXPECT_EQ(status(job).fingerprint_class, "class-a");
   EXPECT_TRUE(got<LeaseGrant>(liar).empty());
   answer(honest);
@@ -170,17 +170,17 @@ TEST_F(ClaimsTest, WorkersOfOneIdentityDoNotMakeAClassThatCanAudit) {
   }
   connect_with("x", "1", "machine", "host");
   connect_with("y", "1", "machine", "host");
-  EXPECT_EQ(status(submit_verified()).fingerprint_class, "class-a");
+  EXPECT_EQ(status(submit_audited()).fingerprint_class, "class-a");
 }
 
 TEST_F(ClaimsTest, AJobThatNoMachineCanAuditStartsAnywhere) {
   const SessionId lone = connect_on("m0", "a lone one", 1, "class-b"), honest = connect_on("m1", "honest");
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   EXPECT_EQ(status(job).fingerprint_class, "class-b");
   answer(lone);
   EXPECT_EQ(status(job).state, JobState::done);
   const SessionId other = connect_on("m2", "other");
-  const JobId heavy = submit_verified(1, "r2");
+  const JobId heavy = submit_audited(1, "r2");
   EXPECT_EQ(status(heavy).fingerprint_class, "class-a");
   say(honest, WorkerRefusal{heavy, "too large", true});
   say(other, WorkerRefusal{heavy, "too large", true});

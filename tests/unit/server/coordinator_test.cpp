@@ -1,9 +1,16 @@
+#include "server/domain/job_figures.h"
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {
 namespace {
 
 using test::CoordinatorTest;
+
+TEST(GoalText, HasSingularsAndPlurals) {
+  EXPECT_EQ(describe(Goal{.samples = 1}), "1 sample per pixel");
+  EXPECT_EQ(describe(Goal{.samples = 64, .seconds = 1}), "64 samples per pixel or 1 second");
+  EXPECT_EQ(describe(Goal{.seconds = 1.5, .error = 0.01}), "1.5 seconds or error 0.01");
+}
 
 TEST_F(CoordinatorTest, AJobIsQueuedThenRunsThenIsDone) {
   const JobId job = submit(spec());

@@ -73,7 +73,7 @@ TEST_F(CoordinatorTest, AWaitingJobExplainsWhatBlocksTheConnectedWorkers) {
   for (const LeaseGrant& grant : got<LeaseGrant>(leaving)) {
     say(leaving, WorkerReturn{grant.lease});
   }
-  EXPECT_EQ(status(job).reason, "waits for a worker: leaving is leaving the farm");
+  EXPECT_EQ(status(job).reason, "waits for a worker: leaving is draining");
   connect("here");
   EXPECT_EQ(status(job).reason, "");
 }

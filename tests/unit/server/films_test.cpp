@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint64_t kFilmBytes = 128 * 64 * 6 * sizeof(float);  // of spec() with a node a tile
 
 /// A coordinator with a store, which shares no memory with it.
-class FilmsTest : public test::VerifyingTest {
+class FilmsTest : public test::AuditTest {
  protected:
   /// Stores what was written.
   void commit() {

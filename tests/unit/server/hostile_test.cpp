@@ -149,7 +149,7 @@ TEST_F(CoordinatorTest, AnUngrantedResultIsRefused) {
   }
   EXPECT_EQ(status(job).counters.results_merged, 0u);
   EXPECT_TRUE(got<Dismissal>(honest).empty());
-  // A worker that sends three is dismissed.
+  // The session of a worker that sends three ends.
   const SessionId again = connect("liar", 4, "class-a", {}, 2);
   for (int i = 0; i < 3; ++i) {
     say(again, forged[0]);

@@ -267,7 +267,7 @@ TEST_F(LeasingTest, ReturnedTilesGoToOthersAtOnce) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LeasingTest, AnInvalidHelloIsDismissed) {
+TEST_F(LeasingTest, AnInvalidHelloEndsItsSession) {
   const SessionId session{next_session++};
   coordinator->worker_connected(session, WorkerHello{}, now, effects);
   flush();

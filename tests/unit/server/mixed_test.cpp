@@ -4,7 +4,7 @@
 namespace lightmill::test {
 namespace {
 
-class MixedTest : public VerifyingTest {
+class MixedTest : public AuditTest {
  protected:
   SessionId connect_of(const std::string& fingerprint, const std::string& machine) {
     return connect_on(machine, "worker on " + machine, 1, fingerprint);

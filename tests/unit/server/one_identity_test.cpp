@@ -6,7 +6,7 @@
 namespace lightmill::test {
 namespace {
 
-class OneIdentityTest : public VerifyingTest {
+class OneIdentityTest : public AuditTest {
  protected:
   /// A worker with the certificate of `identity`.
   SessionId join(const std::string& identity, const std::string& name, std::uint32_t pid = 1, std::uint32_t threads = 1,
@@ -254,7 +254,7 @@ TEST_F(OneIdentityTest, CannotKeepATileByGivingItBackWhileOthersAreBusy) {
 }
 
 TEST_F(OneIdentityTest, CannotLoseAnAuditForever) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId liar = join("liar", "a"), honest = join("honest", "c");
   answer(liar, 1);
   // Without a third identity the audit would be over.
@@ -278,7 +278,7 @@ TEST_F(OneIdentityTest, CannotLoseAnAuditForever) {
 }
 
 TEST_F(OneIdentityTest, LeavesAResultUnauditedByLosingTheOnlyAudit) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId first = join("first", "a"), second = join("second", "b");
   answer(first);
   const SessionId last = restart_worker(second, "second", "b", static_cast<int>(PendingAudits::kMostLost) - 1);
@@ -329,7 +329,7 @@ TEST_F(OneIdentityTest, IsAuditedIfItContradictsItself) {
 }
 
 TEST_F(OneIdentityTest, TwoLiarsThatDifferAreFoundByTwoHonestWorkers) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId liar = join("liar", "a"), other = join("liar 2", "b"), c = join("honest", "c"),
                   d = join("honest 2", "d");
   answer(liar, 1);

@@ -4,7 +4,7 @@
 namespace lightmill::test {
 namespace {
 
-class OverrunTest : public VerifyingTest {
+class OverrunTest : public AuditTest {
  protected:
   JobId submit_unaudited(std::uint64_t samples = 64) {
     JobSpec job = spec("r1", samples, {0, 0, 64, 64});

@@ -120,7 +120,7 @@ TEST_F(PreparationTest, AScenesPreparationMakesWayForAnotherOwner) {
   }
   wait_with({a, b}, std::chrono::seconds(30));
   const std::size_t cancelled = got<LeaseCancel>(a).size() + got<LeaseCancel>(b).size();
-  EXPECT_EQ(cancelled, 0u) << "it waits for nobody";
+  EXPECT_EQ(cancelled, 0u) << "it waits for no worker";
   const JobId bobs = submit_of("bob");
   wait_with({a, b}, std::chrono::seconds(2));
   EXPECT_EQ((leases_of(a, bobs) > 0) + (leases_of(b, bobs) > 0), 1) << "the other worker continues";

@@ -5,10 +5,10 @@
 namespace lightmill::test {
 namespace {
 
-using QuarantineTest = VerifyingTest;
+using QuarantineTest = AuditTest;
 
 TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId one = connect_with("shared", "a", "m1", "h1"), two = connect_with("shared", "b", "m2", "h2");
   answer(one, 1);
   answer(two, 1);
@@ -18,8 +18,8 @@ TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
   EXPECT_EQ(status(job).counters.results_audited, 0u);
 }
 
-TEST_F(QuarantineTest, AConvictedIdentityStaysOutUnderAnyName) {
-  submit_verified();
+TEST_F(QuarantineTest, AQuarantineHoldsForAllNamesOfAnIdentity) {
+  submit_audited();
   const SessionId liar = connect_with("liar", "a", "m1", "h1"), b = connect_with("b", "b", "m2", "h2"),
                   c = connect_with("c", "c", "m3", "h3");
   answer(liar, 1);
@@ -30,13 +30,13 @@ TEST_F(QuarantineTest, AConvictedIdentityStaysOutUnderAnyName) {
   flush();
   const SessionId again = connect_with("liar", "another name", "another machine", "another host");
   EXPECT_NE(worker("liar/another name").quarantine, "");
-  submit_verified(1, "r2");
+  submit_audited(1, "r2");
   EXPECT_EQ(waiting(again), 0u);
   EXPECT_EQ(got<Notice>(again).size(), 1u);
 }
 
 TEST_F(QuarantineTest, AFalseMachineOrHostHarmsNoOtherWorker) {
-  submit_verified();
+  submit_audited();
   // It claims b's machine and host.
   const SessionId liar = connect_with("liar", "a", "m2", "h2"), b = connect_with("b", "b", "m2", "h2"),
                   c = connect_with("c", "c", "m3", "h3");
@@ -48,7 +48,7 @@ TEST_F(QuarantineTest, AFalseMachineOrHostHarmsNoOtherWorker) {
 }
 
 TEST_F(QuarantineTest, ARestartedMachineIsRecognizedByItsHost) {
-  submit_verified();
+  submit_audited();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(liar, 1);
   answer(b);
@@ -131,7 +131,7 @@ TEST_F(QuarantineTest, AnIdentityIsQuarantinedAndReleasedByItsName) {
 }
 
 TEST_F(QuarantineTest, AJobWithoutOtherWorkersNamesTheQuarantinedOnesAndTheRemedy) {
-  const JobId job = submit_verified(0);
+  const JobId job = submit_audited(0);
   const SessionId first = connect_on("m1", "first"), beside = connect_on("m1", "beside");
   const SessionId other = connect_on("m2", "other", 1, "class-b");
   pass_with({first, beside, other}, std::chrono::seconds(1));
@@ -159,8 +159,8 @@ TEST_F(QuarantineTest, AJobWithoutOtherWorkersNamesTheQuarantinedOnesAndTheRemed
   EXPECT_GT(waiting(again), 0u) << "the stated remedy helps";
 }
 
-TEST_F(QuarantineTest, AConvictionReplacesAManualReason) {
-  submit_verified();
+TEST_F(QuarantineTest, AnAuditsReasonReplacesAManualOne) {
+  submit_audited();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
   answer(liar, 1);
   answer(b);
@@ -173,7 +173,7 @@ TEST_F(QuarantineTest, AConvictionReplacesAManualReason) {
   ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada", false, now, effects).ok());
   flush();
   EXPECT_NE(worker("liar").quarantine.find("which agree"), std::string::npos)
-      << "a manual quarantine does not replace a conviction";
+      << "a manual quarantine does not replace that of an audit";
 }
 
 TEST_F(QuarantineTest, ManualQuarantinesHaveTheirOwnReasonsAndRecords) {
@@ -213,7 +213,7 @@ TEST_F(QuarantineTest, ADisconnectedWorkerIsReleasedWithItsMachine) {
 }
 
 TEST_F(QuarantineTest, AnAuditorThatWronglyDisagreesIsTheLiar) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
   answer(a);
   answer(liar, 1);
@@ -226,7 +226,7 @@ TEST_F(QuarantineTest, AnAuditorThatWronglyDisagreesIsTheLiar) {
 }
 
 TEST_F(QuarantineTest, ThreeDifferentResultsAccuseOnlyTheProgram) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(a, 1);
   answer(b, 2);
@@ -247,7 +247,7 @@ TEST_F(QuarantineTest, ThreeDifferentResultsAccuseOnlyTheProgram) {
 }
 
 TEST_F(QuarantineTest, QuarantineCoversTheMachineUntilRelease) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(liar, 1);
   answer(b);
@@ -263,7 +263,7 @@ TEST_F(QuarantineTest, QuarantineCoversTheMachineUntilRelease) {
   coordinator->worker_disconnected(liar, now, effects);
   flush();
   EXPECT_FALSE(worker("liar").connected) << "still listed";
-  const JobId next = submit_verified(0, "next");
+  const JobId next = submit_audited(0, "next");
   EXPECT_EQ(waiting(other_name), 0u);
   EXPECT_EQ(coordinator->release_worker("b", now, effects).code(), StatusCode::kNotFound);
   ASSERT_TRUE(coordinator->release_worker("liar", now, effects).ok());
@@ -273,7 +273,7 @@ TEST_F(QuarantineTest, QuarantineCoversTheMachineUntilRelease) {
   answer(b);
   answer(c);
   EXPECT_EQ(status(next).state, JobState::done);
-  submit_verified(0, "last", {0, 0, 256, 64});
+  submit_audited(0, "last", {0, 0, 256, 64});
   EXPECT_EQ(waiting(other_name), 1u);
 }
 

@@ -4,7 +4,7 @@
 namespace lightmill::test {
 namespace {
 
-class RefusalTest : public VerifyingTest {
+class RefusalTest : public AuditTest {
  protected:
   /// A job without audits. A worker that refused a job does not audit it, so tests would wait.
   JobId submit_unaudited(const std::string& request, std::uint64_t samples) {
@@ -234,7 +234,7 @@ TEST_F(RefusalTest, TwoIdentitiesThatRefuseThePilotFailTheJob) {
 TEST_F(RefusalTest, ARestartedCoordinatorWaitsForKnownIdentities) {
   // Two identities rendered an earlier job. The liar returns first.
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
-  const JobId before = submit_verified(1, "r0", {0, 0, 512, 64});
+  const JobId before = submit_audited(1, "r0", {0, 0, 512, 64});
   const LeaseGrant of_a = got<LeaseGrant>(a).at(0), of_b = got<LeaseGrant>(b).at(0);
   const WorkerResult from_a = result(of_a, of_a.unit.tiles[0]), from_b = result(of_b, of_b.unit.tiles[0]);
   StoredState stored = stored_with(before, from_a, {"a", "m1", ""});

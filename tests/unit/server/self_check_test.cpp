@@ -85,7 +85,7 @@ class Said {
 };
 
 /// A port whose server answers calls on the dials that `answers` accepts by number. On the others it sends only HTTP/2's
-/// settings. A send may fail: a check that ends hangs up in the middle of a dial.
+/// settings. A send may fail, because a check that ends closes its connection in the middle of a dial.
 class MoodyPort {
  public:
   explicit MoodyPort(std::function<bool(int)> answers)

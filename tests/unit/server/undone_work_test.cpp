@@ -5,10 +5,10 @@
 namespace lightmill::test {
 namespace {
 
-using QuarantineTest = VerifyingTest;
+using QuarantineTest = AuditTest;
 
 TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
   answer(liar, 1);
   answer(b);
@@ -40,7 +40,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
 
 // A worker does not render what it holds a result of. It waits for the acknowledgement.
 TEST_F(QuarantineTest, DroppedWorkIsGrantedAgainAfterItsAcknowledgement) {
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(liar, 1);
   answer(b);
@@ -100,7 +100,7 @@ TEST_F(QuarantineTest, ADepartedWorkersResultsCanBeRenderedAgain) {
 }
 
 TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
-  const JobId disputed = submit_verified();
+  const JobId disputed = submit_audited();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
   answer(liar, 1);
   answer(b);
@@ -123,11 +123,11 @@ TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
 }
 
 TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarResumes) {
-  const JobId first = submit_verified(0, "first");
+  const JobId first = submit_audited(0, "first");
   const SessionId liar = connect_on("m1", "liar");
   answer(liar, 1);
   ASSERT_EQ(status(first).state, JobState::done);
-  const JobId second = submit_verified(1, "second");
+  const JobId second = submit_audited(1, "second");
   const SessionId b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(liar, 1);
   answer(b);
@@ -156,7 +156,7 @@ TEST_F(QuarantineTest, SecondsOfDroppedResultsAreUsedAgain) {
   answer(liar, 1);
   ASSERT_EQ(status(first).state, JobState::done);
   ASSERT_GE(status(first).active_seconds, 5);
-  submit_verified(1, "second");
+  submit_audited(1, "second");
   const SessionId c = connect_on("m3", "c"), d = connect_on("m4", "d");
   answer(liar, 1);
   while (worker("liar").quarantine.empty()) {
@@ -204,12 +204,12 @@ TEST_F(QuarantineTest, ATimedJobUnderAuditResumesWhenSamplesAreDropped) {
   EXPECT_GE(status(id).active_seconds, 5);
 }
 
-TEST_F(QuarantineTest, AConvictedDepartedWorkerIsForgottenWithItsLeases) {
+TEST_F(QuarantineTest, AQuarantinedDepartedWorkerIsForgottenWithItsLeases) {
   limits.max_workers = 3;
   limits.disconnect_grace = std::chrono::hours(1);
   limits.lease_duration = std::chrono::hours(1);
   restart({});
-  submit_verified(1, "r1", {0, 0, 256, 64});
+  submit_audited(1, "r1", {0, 0, 256, 64});
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
   const LeaseGrant lied = got<LeaseGrant>(liar).at(0);
   ASSERT_GE(lied.unit.tiles.size(), 2u) << "it still holds the lease when it goes";
@@ -230,7 +230,7 @@ TEST_F(QuarantineTest, AConvictedDepartedWorkerIsForgottenWithItsLeases) {
 }
 
 TEST_F(QuarantineTest, ResultsOfAQuarantinedWorkerDoNotCount) {
-  const JobId job = submit_verified(1, "r1", {0, 0, 128, 64});
+  const JobId job = submit_audited(1, "r1", {0, 0, 128, 64});
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   ASSERT_GE(waiting(liar), 1u);
   const LeaseGrant grant = got<LeaseGrant>(liar)[0];

@@ -5,7 +5,7 @@
 
 namespace lightmill::test {
 
-class VerifyingTest : public CoordinatorTest {
+class AuditTest : public CoordinatorTest {
  protected:
   /// A worker on a machine of its own, without authentication.
   SessionId connect_on(const std::string& machine, const std::string& name, std::uint32_t pid = 1,
@@ -24,7 +24,7 @@ class VerifyingTest : public CoordinatorTest {
     flush();
     return session;
   }
-  JobId submit_verified(double share = 1, const std::string& request = "r1", PixelRect crop = {0, 0, 64, 64}) {
+  JobId submit_audited(double share = 1, const std::string& request = "r1", PixelRect crop = {0, 0, 64, 64}) {
     JobSpec job = spec(request, 1, crop);
     job.audit_share = share;
     return submit(job);

@@ -4,8 +4,8 @@
 namespace lightmill::test {
 namespace {
 
-TEST_F(VerifyingTest, AResultIsRenderedAgainOnAnotherMachineBeforeTheJobIsDone) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, AResultIsRenderedAgainOnAnotherMachineBeforeTheJobIsDone) {
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a"), again = connect_on("m1", "a2"), b = connect_on("m2", "b");
   answer(a);
   EXPECT_EQ(status(job).state, JobState::running);
@@ -22,7 +22,7 @@ TEST_F(VerifyingTest, AResultIsRenderedAgainOnAnotherMachineBeforeTheJobIsDone) 
 }
 
 // A worker knows the job, its digest, tiles and samples. Only the store's secret decides which results are audited.
-TEST_F(VerifyingTest, TheDrawDependsOnTheStoresSecretAndIsTheSameAfterATakeover) {
+TEST_F(AuditTest, TheDrawDependsOnTheStoresSecretAndIsTheSameAfterATakeover) {
   const auto drawn = [&](const Sha256& secret, std::uint64_t epoch) {
     sent.clear();
     writes.clear();
@@ -50,8 +50,8 @@ TEST_F(VerifyingTest, TheDrawDependsOnTheStoresSecretAndIsTheSameAfterATakeover)
   EXPECT_NE(drawn(sha256("another secret"), 1), first);
 }
 
-TEST_F(VerifyingTest, AJobWithoutAnotherMachineIsDoneUnaudited) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, AJobWithoutAnotherMachineIsDoneUnaudited) {
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a");
   connect_on("m1", "a2");
   answer(a);
@@ -60,8 +60,8 @@ TEST_F(VerifyingTest, AJobWithoutAnotherMachineIsDoneUnaudited) {
   EXPECT_EQ(status(job).counters.results_audited, 0u);
 }
 
-TEST_F(VerifyingTest, AnAuditWaitsForARecentMachine) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, AnAuditWaitsForARecentMachine) {
+  const JobId job = submit_audited();
   const SessionId b = connect_on("m2", "b");
   coordinator->worker_disconnected(b, now, effects);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
@@ -75,8 +75,8 @@ TEST_F(VerifyingTest, AnAuditWaitsForARecentMachine) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(VerifyingTest, APauseDoesNotEndTheWaitForAMachine) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, APauseDoesNotEndTheWaitForAMachine) {
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   answer(a);
   coordinator->worker_disconnected(b, now, effects);
@@ -88,8 +88,8 @@ TEST_F(VerifyingTest, APauseDoesNotEndTheWaitForAMachine) {
   EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
-TEST_F(VerifyingTest, TheWaitForASilentMachineEnds) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, TheWaitForASilentMachineEnds) {
+  const JobId job = submit_audited();
   const SessionId b = connect_on("m2", "b"), a = connect_on("m1", "a");
   answer(b);
   ASSERT_EQ(waiting(a), 1u);
@@ -101,8 +101,8 @@ TEST_F(VerifyingTest, TheWaitForASilentMachineEnds) {
   EXPECT_EQ(status(job).results_unaudited, 1u);
 }
 
-TEST_F(VerifyingTest, AHoldKeepsPendingAudits) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, AHoldKeepsPendingAudits) {
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   coordinator->hold("waits for space", now, effects);
   flush();
@@ -118,10 +118,10 @@ TEST_F(VerifyingTest, AHoldKeepsPendingAudits) {
   EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
-TEST_F(VerifyingTest, ADeletedJobDropsItsPendingAudits) {
+TEST_F(AuditTest, ADeletedJobDropsItsPendingAudits) {
   limits.keep_ended = std::chrono::hours(10);
   restart({});
-  const JobId job = submit_verified();
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a");
   answer(a);
   ASSERT_EQ(status(job).state, JobState::done);
@@ -131,15 +131,15 @@ TEST_F(VerifyingTest, ADeletedJobDropsItsPendingAudits) {
   EXPECT_FALSE(coordinator->status(job, now).ok());
   EXPECT_EQ(written<DeleteJobRows>(), 1u);
   const SessionId b = connect_on("m2", "b");
-  const JobId next = submit_verified(0, "next");
+  const JobId next = submit_audited(0, "next");
   EXPECT_EQ(waiting(b), 1u);
   answer(b);
   EXPECT_EQ(status(next).state, JobState::done);
 }
 
 // A returning worker sends a result of a lost lease, and does not render that again.
-TEST_F(VerifyingTest, AResultForALostLeaseEndsTheWorkersNewLease) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, AResultForALostLeaseEndsTheWorkersNewLease) {
+  const JobId job = submit_audited();
   const SessionId liar = connect_on("m1", "liar"), before = connect_on("m2", "b");
   answer(liar, 1);
   ASSERT_EQ(waiting(before), 1u);
@@ -155,16 +155,16 @@ TEST_F(VerifyingTest, AResultForALostLeaseEndsTheWorkersNewLease) {
   EXPECT_EQ(status(job).state, JobState::running) << "a third is to decide";
 }
 
-TEST_F(VerifyingTest, NoResultIsAuditedWithoutAShare) {
-  const JobId job = submit_verified(0);
+TEST_F(AuditTest, NoResultIsAuditedWithoutAShare) {
+  const JobId job = submit_audited(0);
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   answer(a);
   EXPECT_EQ(waiting(b), 0u);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(VerifyingTest, ARestartKeepsQuarantineAndPendingAudits) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, ARestartKeepsQuarantineAndPendingAudits) {
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a");
   (void)a;
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
@@ -187,8 +187,8 @@ TEST_F(VerifyingTest, ARestartKeepsQuarantineAndPendingAudits) {
   EXPECT_EQ(status(job).counters.results_audited, 1u);
 }
 
-TEST_F(VerifyingTest, RecordsOfLostSamplesAreDroppedWithTheNextEffects) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, RecordsOfLostSamplesAreDroppedWithTheNextEffects) {
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a");
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
   say(a, first);
@@ -206,8 +206,8 @@ TEST_F(VerifyingTest, RecordsOfLostSamplesAreDroppedWithTheNextEffects) {
   EXPECT_EQ(written<DropResults>(), 0u) << "once";
 }
 
-TEST_F(VerifyingTest, ACancelledJobHasNoPendingAuditsAfterARestart) {
-  const JobId job = submit_verified();
+TEST_F(AuditTest, ACancelledJobHasNoPendingAuditsAfterARestart) {
+  const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
   say(a, first);

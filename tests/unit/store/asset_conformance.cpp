@@ -110,7 +110,7 @@ TEST_P(AssetConformance, AUserCannotTakeTheRoomOfOthers) {
   EXPECT_EQ(send("ada", "1"), StatusCode::kResourceExhausted);
   EXPECT_EQ(send("bob", file('c', 2'000)), StatusCode::kOk) << "there already, so it stays ada's";
   EXPECT_EQ(send("bob", file('d', 9'000)), StatusCode::kOk);
-  EXPECT_EQ(send("", file('e', 20'000)), StatusCode::kOk) << "nobody's";
+  EXPECT_EQ(send("", file('e', 20'000)), StatusCode::kOk) << "no user's";
   EXPECT_EQ(send(worker, file('f', 5'001)), StatusCode::kResourceExhausted);
   EXPECT_EQ(send(worker, file('f', 5'000)), StatusCode::kOk);
   store->forget(*store->open_asset(sha256(file('a', 3'000))).value());

@@ -31,7 +31,7 @@ TEST_P(StoreConformance, EpochsGrow) {
   }
 }
 
-TEST_P(StoreConformance, JobRoundTrips) {
+TEST_P(StoreConformance, AJobSurvivesARoundTrip) {
   StoredState expected;
   expected.next_job_id = 6;
   {
@@ -143,14 +143,14 @@ TEST_P(StoreConformance, AnEndedJobsFilmIsReadSeparatelyInPieces) {
   const auto store = open();
   const StoredState state = store->load().value();
   ASSERT_EQ(state.jobs.size(), 2u);
-  const auto& [done, goes_on] = std::tie(state.jobs[0], state.jobs[1]);
+  const auto& [done, unfinished] = std::tie(state.jobs[0], state.jobs[1]);
   ASSERT_EQ(done.nodes.size(), kTiles);
   for (const StoredState::StoredNode& node : done.nodes) {
     EXPECT_EQ(node.node, nullptr);
     EXPECT_EQ(node.outline, (NodeOutline{{2, 0}, 0, 64 * 64 * 6}));
   }
-  ASSERT_EQ(goes_on.nodes.size(), 2u);
-  EXPECT_NE(goes_on.nodes[0].node, nullptr);
+  ASSERT_EQ(unfinished.nodes.size(), 2u);
+  EXPECT_NE(unfinished.nodes[0].node, nullptr);
 
   std::set<TileId> read;
   int pieces = 0;

@@ -235,25 +235,22 @@ TEST_F(InspectorTest, AReaderThatEndsEarlyIsNamedAndTheNextSceneIsRead) {
   Status status = next_report().found.status();
   EXPECT_EQ(status.code(), StatusCode::kInternal);
   EXPECT_NE(message_of(status).find("ended early (signal 11, "), std::string::npos) << status;
-  use_reader("kill -KILL $$");
-  inspector_->add(grant(2, kBall));
-  EXPECT_EQ(next_report().found.status().code(), StatusCode::kResourceExhausted);
-  use_reader("exit 3");
-  inspector_->add(grant(3, kBall));
-  EXPECT_EQ(next_report().found.status().code(), StatusCode::kResourceExhausted);
-  use_reader("ulimit -S -t 1; while :; do :; done");
-  inspector_->add(grant(7, kBall));
-  EXPECT_EQ(next_report().found.status().code(), StatusCode::kDeadlineExceeded);
-  use_reader("head -c 100000 /dev/zero >&0");
-  inspector_->add(grant(4, kBall));
-  EXPECT_EQ(next_report().found.status().code(), StatusCode::kInternal);
+  std::uint64_t id = 1;
+  for (const auto& [script, code] : {std::pair{"kill -KILL $$", StatusCode::kResourceExhausted},
+                                     {"exit 3", StatusCode::kResourceExhausted},
+                                     {"ulimit -S -t 1; while :; do :; done", StatusCode::kDeadlineExceeded},
+                                     {"head -c 100000 /dev/zero >&0", StatusCode::kInternal}}) {
+    use_reader(script);
+    inspector_->add(grant(++id, kBall));
+    EXPECT_EQ(next_report().found.status().code(), code) << script;
+  }
   use_reader(ReaderOptions{.program = folder_.path() / "none"}, SceneLimits{});
-  inspector_->add(grant(5, kBall));
+  inspector_->add(grant(++id, kBall));
   status = next_report().found.status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(status).find("cannot read scenes: cannot start "), std::string::npos) << status;
   use_reader(reader_, SceneLimits{});
-  inspector_->add(grant(6, kBall));
+  inspector_->add(grant(++id, kBall));
   EXPECT_TRUE(next_report().found.ok());
 }
 

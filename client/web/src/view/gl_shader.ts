@@ -130,10 +130,10 @@ vec4 photonsAt(vec2 at) {
   for (int y = 0; y < taps; ++y) {
     for (int x = 0; x < taps; ++x) {
       vec2 offset = taps == 1 ? vec2(0.0) : ((vec2(x, y) + 0.5) / float(taps) - 0.5) * width;
-      vec3 dot = texelFetch(photonMap, ivec2(clamp(at + offset, vec2(0.0), filmSize - 1.0)), 0).rgb;
-      float strongest = max(dot.r, max(dot.g, dot.b));
+      vec3 photon = texelFetch(photonMap, ivec2(clamp(at + offset, vec2(0.0), filmSize - 1.0)), 0).rgb;
+      float strongest = max(photon.r, max(photon.g, photon.b));
       if (strongest > 0.0) {
-        sum += dot / strongest;
+        sum += photon / strongest;
         covered += 1.0;
       }
     }

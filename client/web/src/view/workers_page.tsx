@@ -138,7 +138,7 @@ export function WorkersPage({theme}: {theme: string}) {
             <Fragment key={worker.name}>
               <Row worker={worker} open={opened === worker.name} onOpen={() => setOpened(opened === worker.name ? '' : worker.name)} onFailure={setFailure} />
               {opened === worker.name && (
-                <tr class="past">
+                <tr class="history">
                   <td colSpan={kHeads.length + 1}>
                     <WorkerHistoryPanel name={worker.name} theme={theme} />
                   </td>
