@@ -3,8 +3,7 @@
 // Rough metal compensates for multiple scattering (ggx_albedo.h). It is reciprocal.
 #pragma once
 
-#include "common/materials/ggx.h"
-#include "common/materials/ggx_albedo.h"
+#include "common/materials/ggx_facets.h"
 
 namespace lightmill::conductor {
 
@@ -42,49 +41,56 @@ Vec3 mean_fresnel(const Vec3& n, const Vec3& k);
 
 namespace lightmill {
 
-/// Lanes with alpha < ggx::kSmoothAlpha are delta.
+/// Lanes whose facets are not rough are delta.
 struct Conductor8 {
   static constexpr bool kTransmits = false, kHasLobes = false, kLosesSamples = true;
-  V8 eta, k;             ///< complex index per channel, relative to the medium on wo's side
-  F8 alpha;              ///< GGX, in [0, 1]
+  V8 eta, k;  ///< complex index per channel, relative to the medium on wo's side
+  ggx::Facets8 facets;
   V8 mean_fresnel = {};  ///< conductor::mean_fresnel; 0: single scattering only
 
   V8 eval(const V8& wo, const V8& wi) const {
     const V8 m = ggx::half_vector(wo, wi);
-    const F8 facets = masked(rough(), ggx::reflection(wo, wi, m, alpha));
-    return conductor::fresnel(max(dot(wo, m), F8(0.0f)), eta, k) * all_bounces(wo, wi) * facets;
+    const F8 reflected =
+        masked(rough(), facets.with_axes([&](const ggx::Alpha8& alpha) { return ggx::reflection(wo, wi, m, alpha); }));
+    return conductor::fresnel(max(dot(wo, m), F8(0.0f)), eta, k) * all_bounces(wo, wi) * reflected;
   }
 
   F8 pdf_solid_angle(const V8& wo, const V8& wi) const {
-    return masked(rough(), ggx::reflection_pdf_solid_angle(wo, wi, ggx::half_vector(wo, wi), alpha));
+    return masked(rough(), facets.with_axes([&](const ggx::Alpha8& alpha) {
+      return ggx::reflection_pdf_solid_angle(wo, wi, ggx::half_vector(wo, wi), alpha);
+    }));
   }
 
   BsdfSample8 sample(const V8& wo, Pair8 u, F8 /*choice*/) const {
-    const M8 is_rough = rough();
-    const V8 up{F8(0.0f), F8(0.0f), F8(1.0f)};
-    const V8 m = select(is_rough, ggx::sample_visible_normal(wo, alpha, u), up);
-    const V8 wi = ggx::reflect(wo, m);
-    const V8 one = broadcast(Vec3(1));
-    const V8 facets = select(is_rough, all_bounces(wo, wi) * ggx::reflection_weight(wo, wi, alpha), one);
-    const V8 f = conductor::fresnel(min(dot(wo, m), F8(1.0f)), eta, k);
-    return {wi, f * facets, masked(is_rough, ggx::reflection_pdf_solid_angle(wo, wi, m, alpha)), M8(), F8(1.0f)};
+    return facets.with_axes([&](const ggx::Alpha8& alpha) { return sample(wo, u, alpha); });
   }
 
   SmoothLobes8 smooth(const V8& wo) const {
     return {masked(~rough(), conductor::fresnel(min(wo.z, F8(1.0f)), eta, k)), V8()};
   }
 
-  M8 rough() const { return alpha >= F8(ggx::kSmoothAlpha); }
+  M8 rough() const { return facets.rough(); }
 
  private:
+  BsdfSample8 sample(const V8& wo, Pair8 u, const ggx::Alpha8& alpha) const {
+    const M8 is_rough = rough();
+    const V8 up{F8(0.0f), F8(0.0f), F8(1.0f)};
+    const V8 m = select(is_rough, ggx::sample_visible_normal(wo, alpha, u), up);
+    const V8 wi = ggx::reflect(wo, m);
+    const V8 one = broadcast(Vec3(1));
+    const V8 weight = select(is_rough, all_bounces(wo, wi) * ggx::reflection_weight(wo, wi, alpha), one);
+    const V8 f = conductor::fresnel(min(dot(wo, m), F8(1.0f)), eta, k);
+    return {wi, f * weight, masked(is_rough, ggx::reflection_pdf_solid_angle(wo, wi, m, alpha)), M8(), F8(1.0f)};
+  }
+
   /// Ratio of the light of all bounces to the light of the first.
   V8 all_bounces(const V8& wo, const V8& wi) const {
     const V8 one = broadcast(Vec3(1));
     if ((max_component(mean_fresnel) > F8(0.0f)).none()) {
       return one;
     }
-    const F8 gained = ggx::balance(wo.z, alpha) * ggx::balance(wi.z, alpha) - F8(1.0f);
-    return one + ggx::kept_by_bounces(mean_fresnel, alpha) * gained;
+    const F8 gained = facets.balance(wo) * facets.balance(wi) - F8(1.0f);
+    return one + ggx::kept_by_bounces(mean_fresnel, facets.mean_albedo()) * gained;
   }
 };
 

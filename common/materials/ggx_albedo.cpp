@@ -1,44 +1,46 @@
 #include "common/materials/ggx_albedo.h"
 
 #include "common/materials/ggx_layout.h"
+#include "common/materials/table_lookup.h"
 
 namespace lightmill::ggx {
 namespace {
 
 #include "ggx_tables.inc"
 
-/// The node below `t` in [0, 1], and the distance of t from it.
-struct Place8 {
-  U8 node;
-  F8 rest;
-};
-Place8 place(F8 t, int nodes) {
-  const F8 scaled = min(max(t, F8(0.0f)), F8(1.0f)) * F8(static_cast<float>(nodes - 1));
-  const U8 node = truncate(min(scaled, F8(static_cast<float>(nodes) - 1.5f)));
-  return {node, scaled - to_float(node)};
-}
-
-F8 interpolate(const float* table, const Place8& at) {
-  const F8 a = gather(table, at.node, M8(true));
-  const F8 b = gather(table, at.node + U8(1u), M8(true));
-  return a + (b - a) * at.rest;
-}
-
-F8 interpolate(const float* table, const Place8& row, const Place8& column) {
-  const U8 width(static_cast<std::uint32_t>(kAngles));
-  const U8 first = row.node * width + column.node;
-  const F8 below = interpolate(table, {first, column.rest});
-  const F8 above = interpolate(table, {first + width, column.rest});
-  return below + (above - below) * row.rest;
-}
-
 F8 interpolate(const float* table, const Place8& slice, Place8 row, int rows, const Place8& column) {
   const U8 height(static_cast<std::uint32_t>(rows));
   row.node = row.node + slice.node * height;
-  const F8 below = interpolate(table, row, column);
+  const F8 below = interpolate(table, row, column, kAngles);
   row.node = row.node + height;
-  const F8 above = interpolate(table, row, column);
+  const F8 above = interpolate(table, row, column, kAngles);
   return below + (above - below) * slice.rest;
+}
+
+/// The place of a direction in the tables of anisotropic facets.
+struct AnisotropicPlace8 {
+  Place8 roughness, anisotropy, angle, azimuth;
+};
+AnisotropicPlace8 place(const V8& w, F8 alpha, F8 anisotropy) {
+  return {place(sqrt(alpha), kRoughnesses), place(anisotropy, kAnisotropies), place(direction_coordinate(w.z), kAngles),
+          place(azimuth_coordinate(w), kAzimuths)};
+}
+
+F8 interpolate(const float* table, const AnisotropicPlace8& at) {
+  const auto rows = [](int n) { return U8(static_cast<std::uint32_t>(n)); };
+  const auto between = [&](U8 slice) {  // of one roughness and one anisotropy
+    const U8 first = (slice * rows(kAngles) + at.angle.node) * rows(kAzimuths) + at.azimuth.node;
+    const F8 below = interpolate(table, Place8{first, at.azimuth.rest});
+    const F8 above = interpolate(table, Place8{first + rows(kAzimuths), at.azimuth.rest});
+    return below + (above - below) * at.angle.rest;
+  };
+  const auto of_roughness = [&](U8 row) {
+    const U8 slice = row * rows(kAnisotropies) + at.anisotropy.node;
+    const F8 below = between(slice);
+    return below + (between(slice + U8(1u)) - below) * at.anisotropy.rest;
+  };
+  const F8 below = of_roughness(at.roughness.node);
+  return below + (of_roughness(at.roughness.node + U8(1u)) - below) * at.roughness.rest;
 }
 
 }  // namespace
@@ -46,7 +48,7 @@ F8 interpolate(const float* table, const Place8& slice, Place8 row, int rows, co
 Albedo8 albedo(F8 cos_theta, F8 alpha) {
   const Place8 row = place(sqrt(alpha), kRoughnesses);
   const Place8 column = place(sqrt(max(cos_theta, F8(0.0f))), kAngles);
-  return {interpolate(kNormal, row, column), interpolate(kGrazing, row, column)};
+  return {interpolate(kNormal, row, column, kAngles), interpolate(kGrazing, row, column, kAngles)};
 }
 
 Albedo8 mean_albedo(F8 alpha) {
@@ -55,7 +57,8 @@ Albedo8 mean_albedo(F8 alpha) {
 }
 
 F8 balance(F8 cos_theta, F8 alpha) {
-  return interpolate(kMetal, place(sqrt(alpha), kRoughnesses), place(direction_coordinate(cos_theta), kAngles));
+  return interpolate(kMetal, place(sqrt(alpha), kRoughnesses), place(direction_coordinate(cos_theta), kAngles),
+                     kAngles);
 }
 
 F8 balance(F8 cos_theta, F8 alpha, F8 eta) {
@@ -63,13 +66,28 @@ F8 balance(F8 cos_theta, F8 alpha, F8 eta) {
                      place(direction_coordinate(cos_theta), kAngles));
 }
 
+Albedo8 albedo(const V8& w, F8 alpha, F8 anisotropy) {
+  const AnisotropicPlace8 at = place(w, alpha, anisotropy);
+  return {interpolate(kAnisotropicNormal, at), interpolate(kAnisotropicGrazing, at)};
+}
+
+Albedo8 mean_albedo(F8 alpha, F8 anisotropy) {
+  const Place8 row = place(sqrt(alpha), kRoughnesses), column = place(anisotropy, kAnisotropies);
+  return {interpolate(kAnisotropicMeanNormal, row, column, kAnisotropies),
+          interpolate(kAnisotropicMeanGrazing, row, column, kAnisotropies)};
+}
+
+F8 balance(const V8& w, F8 alpha, F8 anisotropy) {
+  return interpolate(kAnisotropicMetal, place(w, alpha, anisotropy));
+}
+
 F8 coat_below(F8 cos_theta, F8 coat_alpha, F8 alpha) {
   return interpolate(kCoat, place(sqrt(coat_alpha), kCoats), place(sqrt(alpha), kBases), kBases,
                      place(direction_coordinate(cos_theta), kAngles));
 }
 
-V8 kept_by_bounces(const V8& mean_fresnel, F8 alpha) {
-  const F8 e = sqrt(mean_albedo(alpha).of(F8(1.0f), F8(1.0f)));
+V8 kept_by_bounces(const V8& mean_fresnel, const Albedo8& mean) {
+  const F8 e = sqrt(mean.of(F8(1.0f), F8(1.0f)));
   const auto kept = [&](F8 f) { return f * e / (F8(1.0f) - f * (F8(1.0f) - e)); };
   return {kept(mean_fresnel.x), kept(mean_fresnel.y), kept(mean_fresnel.z)};
 }

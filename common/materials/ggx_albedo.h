@@ -8,6 +8,8 @@
 // samples stays that of f. This is the scaling of a symmetric kernel (Sinkhorn and Knopp 1967). For metal of alpha 1, g
 // is H/√2 with Chandrasekhar's H function. For glass with an index between 1/1.2 and 1.2 the compensation is partial.
 // It fades to none at index 1.
+//
+// Anisotropic facets have tables of their own, with the azimuth and the strength of the anisotropy (ggx_facets.h).
 #pragma once
 
 #include "common/math/vec.h"
@@ -32,6 +34,12 @@ F8 balance(F8 cos_theta, F8 alpha);
 /// g of clear glass. `eta`: index of refraction behind the surface over that on the direction's side.
 F8 balance(F8 cos_theta, F8 alpha, F8 eta);
 
+// The same for anisotropic facets. x is the direction of the anisotropy, and `alpha` is that along y. `anisotropy` is
+// the strength, above 0.
+Albedo8 albedo(const V8& w, F8 alpha, F8 anisotropy);
+Albedo8 mean_albedo(F8 alpha, F8 anisotropy);
+F8 balance(const V8& w, F8 alpha, F8 anisotropy);
+
 /// Mean albedo E' of a coat (f0 = 0.04, f90 = 1) over the directions into which white facets below it scatter. With it,
 /// (1 − E(wo)) (1 − E(wi))/√((1 − E'(wo))(1 − E'(wi))) of their light leaves all light that the coat does not reflect.
 F8 coat_below(F8 cos_theta, F8 coat_alpha, F8 alpha);
@@ -39,7 +47,7 @@ F8 coat_below(F8 cos_theta, F8 coat_alpha, F8 alpha);
 /// Share κ of the lost light that the compensation of metal returns: F L/(1 − F (1 − L)), the sum of the bounces after
 /// the first (Kulla and Conty 2017). F is the mean reflectance of a facet, 0 for no compensation. L is the share of
 /// light that leaves after each bounce. It is the root of the mean albedo of white facets, a fit to random walks on
-/// random surfaces of facets.
-V8 kept_by_bounces(const V8& mean_fresnel, F8 alpha);
+/// random surfaces of facets. `mean`: mean_albedo.
+V8 kept_by_bounces(const V8& mean_fresnel, const Albedo8& mean);
 
 }  // namespace lightmill::ggx

@@ -11,6 +11,7 @@
 #include "common/materials/dielectric.h"
 #include "common/materials/ggx.h"
 #include "common/materials/ggx_layout.h"
+#include "common/materials/tabulate.h"
 
 namespace lightmill::ggx {
 namespace {
@@ -19,11 +20,6 @@ constexpr int kPhi = 32, kHeight = 128;                       ///< quadrature po
 constexpr std::uint32_t kLattice = 1600, kLatticeStep = 987;  ///< the same for glass
 constexpr float kLift = 0.002f;
 constexpr float kFullContrast = 0.09f;  ///< (eta − 1)/(eta + 1) from which glass is compensated in full: eta = 1.2
-
-/// A node's coordinate in [0, 1].
-float node(int i, int nodes) {
-  return static_cast<float>(i) / static_cast<float>(nodes - 1);
-}
 
 F8 pow5(F8 x) {
   const F8 x2 = x * x;
@@ -47,31 +43,15 @@ void for_each_visible_normal(const V8& wo, float alpha, const std::function<void
 }
 
 /// The same with kLattice normals of a Fibonacci lattice.
-void for_each_lattice_normal(const V8& wo, float alpha, const std::function<void(const V8&)>& add) {
+void for_each_lattice_normal(const V8& wo, const Alpha8& alpha, const std::function<void(const V8&)>& add) {
   for (std::uint32_t i = 0; i < kLattice; i += 8) {
     alignas(32) float phi[8], height[8];
     for (std::uint32_t lane = 0; lane < 8; ++lane) {
       phi[lane] = static_cast<float>((i + lane) * kLatticeStep % kLattice) / kLattice;
       height[lane] = (static_cast<float>(i + lane) + 0.5f) / kLattice;
     }
-    add(sample_visible_normal(wo, F8(alpha), {F8::load(phi), F8::load(height)}));
+    add(sample_visible_normal(wo, alpha, {F8::load(phi), F8::load(height)}));
   }
-}
-
-float first_of(F8 x) {
-  alignas(32) float lanes[8];
-  x.store(lanes);
-  return lanes[0];
-}
-
-float sum_of(F8 x) {
-  alignas(32) float lanes[8];
-  x.store(lanes);
-  float sum = 0;
-  for (const float lane : lanes) {
-    sum += lane;
-  }
-  return sum;
 }
 
 struct Terms {
@@ -121,11 +101,13 @@ std::vector<float> node_cosines() {
   return cosines;
 }
 
-/// Scattering between the nodes of directions, on one or two sides. Row i of `shares_` divides the uniform light
-/// that node i sees among the nodes j from which it comes. Between nodes the factors are linear.
+/// Scattering between the nodes of directions: angles on one or two sides, or angles and azimuths. Row i of `shares_`
+/// divides the uniform light that node i sees among the nodes j from which it comes. Between nodes the factors are
+/// linear.
 class Scattering {
  public:
   explicit Scattering(int sides) : size_(kAngles * sides), shares_(static_cast<std::size_t>(size_ * size_)) {}
+  static Scattering with_azimuths() { return Scattering(kAzimuths); }
 
   /// Adds light to the node `from` that comes from these cosines on the side.
   void add(int from, int side, F8 cosine, F8 weight) {
@@ -138,6 +120,25 @@ class Scattering {
       const double rest = static_cast<double>(place[lane]) - below;
       row[below] += share[lane] * (1 - rest);
       row[below + 1] += share[lane] * rest;
+    }
+  }
+
+  /// Adds light to the node `from` that comes from these directions. Nodes are angle · kAzimuths + azimuth.
+  void add(int from, const V8& directions, F8 weight) {
+    alignas(32) float angle[8], azimuth[8], share[8];
+    (direction_coordinate(directions.z) * F8(static_cast<float>(kAngles - 1))).store(angle);
+    (azimuth_coordinate(directions) * F8(static_cast<float>(kAzimuths - 1))).store(azimuth);
+    weight.store(share);
+    double* row = &shares_[static_cast<std::size_t>(from * size_)];
+    for (int lane = 0; lane < 8; ++lane) {
+      const int a = std::min(static_cast<int>(angle[lane]), kAngles - 2);
+      const int b = std::min(static_cast<int>(azimuth[lane]), kAzimuths - 2);
+      const double s = static_cast<double>(angle[lane]) - a, t = static_cast<double>(azimuth[lane]) - b;
+      double* cell = row + a * kAzimuths + b;
+      cell[0] += share[lane] * (1 - s) * (1 - t);
+      cell[1] += share[lane] * (1 - s) * t;
+      cell[kAzimuths] += share[lane] * s * (1 - t);
+      cell[kAzimuths + 1] += share[lane] * s * t;
     }
   }
 
@@ -194,7 +195,7 @@ std::vector<double> balanced_glass(const std::vector<float>& cosines, float alph
     const F8 index = side == 0 ? F8(eta) : F8(1.0f) / F8(eta);
     for (int i = 0; i < kAngles; ++i) {
       const V8 wo = seen_from(cosines[static_cast<std::size_t>(i)]);
-      for_each_lattice_normal(wo, alpha, [&](const V8& m) {
+      for_each_lattice_normal(wo, F8(alpha), [&](const V8& m) {
         const F8 cos_o = min(max(dot(wo, m), F8(0.0f)), F8(1.0f));
         const dielectric::Fresnel8 f = dielectric::fresnel(cos_o, index);
         const V8 back = reflect(wo, m);
@@ -214,12 +215,64 @@ std::vector<double> balanced_glass(const std::vector<float>& cosines, float alph
   return all.balance(wanted);
 }
 
-std::string array(const char* name, const std::vector<float>& values) {
-  std::string text = fmt::format("constexpr float {}[{}] = {{", name, values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    text += fmt::format("{}{:.8e}f,", i % 8 == 0 ? "\n" : "", values[i]);
+/// Tables of facets of one roughness and one anisotropy, by angle and azimuth.
+struct Anisotropic {
+  std::vector<float> normal, grazing;  ///< Schlick's terms
+  std::vector<float> balance;
+  Terms mean;  ///< of the terms over the hemisphere, weighted by the cosine
+};
+
+/// A direction with this cosine and `azimuth_coordinate`.
+V8 seen_from(float cos_theta, float azimuth) {
+  const V8 w = seen_from(cos_theta);
+  const float length = std::sqrt((1 - azimuth) * (1 - azimuth) + azimuth * azimuth);
+  return {w.x * F8((1 - azimuth) / length), w.x * F8(azimuth / length), w.z};
+}
+
+/// Mean of a table by angle and azimuth over the hemisphere, weighted by cos θ. Midpoint rule.
+float mean_of_azimuths(const std::vector<float>& values) {
+  constexpr int kSteps = 64;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double cosine = std::sqrt((i + 0.5) / kSteps);  // even in cos²
+    const float angle = first_of(direction_coordinate(F8(static_cast<float>(cosine)))) * (kAngles - 1);
+    const int a = std::min(static_cast<int>(angle), kAngles - 2);
+    for (int j = 0; j < kSteps; ++j) {
+      const double phi = kPiDouble / 2 * (j + 0.5) / kSteps, x = cos_fixed(phi), y = sin_fixed(phi);
+      const double azimuth = y / (x + y) * (kAzimuths - 1);
+      const int b = std::min(static_cast<int>(azimuth), kAzimuths - 2);
+      const double s = static_cast<double>(angle) - a, t = azimuth - b;
+      const float* cell = &values[static_cast<std::size_t>(a * kAzimuths + b)];
+      sum += (cell[0] * (1 - t) + cell[1] * t) * (1 - s) + (cell[kAzimuths] * (1 - t) + cell[kAzimuths + 1] * t) * s;
+    }
   }
-  return text + "};\n";
+  return static_cast<float>(sum / (kSteps * kSteps));
+}
+
+Anisotropic anisotropic(const std::vector<float>& cosines, float roughness, float anisotropy) {
+  const float y = std::max(roughness * roughness, kSmoothAlpha), x = y + (1 - y) * anisotropy * anisotropy;
+  const Alpha8 alpha{F8(x), F8(y)};
+  Scattering all = Scattering::with_azimuths();
+  Anisotropic out;
+  for (int i = 0; i < kAngles * kAzimuths; ++i) {
+    const V8 wo = seen_from(cosines[static_cast<std::size_t>(i / kAzimuths)], node(i % kAzimuths, kAzimuths));
+    F8 normal, grazing;
+    for_each_lattice_normal(wo, alpha, [&](const V8& m) {
+      const V8 wi = reflect(wo, m);
+      const F8 weight = reflection_weight(wo, wi, alpha) * F8(1.0f / kLattice);
+      const F8 w = pow5(max(F8(1.0f) - dot(wo, m), F8(0.0f)));
+      normal += weight * (F8(1.0f) - w);
+      grazing += weight * w;
+      all.add(i, {wi.x, wi.y, max(wi.z, F8(0.0f))}, weight);
+    });
+    out.grazing.push_back(std::min(sum_of(grazing) + kLift, 1.0f));
+    out.normal.push_back(std::min(sum_of(normal) * (1 + kLift), 1 - out.grazing.back()));
+  }
+  for (const double g : all.balance(std::vector<double>(static_cast<std::size_t>(kAngles * kAzimuths), 1.0))) {
+    out.balance.push_back(static_cast<float>(g));
+  }
+  out.mean = {mean_of_azimuths(out.normal), mean_of_azimuths(out.grazing)};
+  return out;
 }
 
 std::string schlick_tables() {
@@ -249,6 +302,27 @@ std::string metal_table() {
     }
   }
   return array("kMetal", table);
+}
+
+std::string anisotropic_tables() {
+  const std::vector<float> cosines = node_cosines();
+  std::vector<float> normal, grazing, balance, mean_normal, mean_grazing;
+  const auto append = [](std::vector<float>& to, const std::vector<float>& values) {
+    to.insert(to.end(), values.begin(), values.end());
+  };
+  for (int r = 0; r < kRoughnesses; ++r) {
+    for (int a = 0; a < kAnisotropies; ++a) {
+      const Anisotropic of = anisotropic(cosines, node(r, kRoughnesses), node(a, kAnisotropies));
+      append(normal, of.normal);
+      append(grazing, of.grazing);
+      append(balance, of.balance);
+      mean_normal.push_back(of.mean.normal);
+      mean_grazing.push_back(of.mean.grazing);
+    }
+  }
+  return array("kAnisotropicNormal", normal) + array("kAnisotropicGrazing", grazing) +
+         array("kAnisotropicMetal", balance) + array("kAnisotropicMeanNormal", mean_normal) +
+         array("kAnisotropicMeanGrazing", mean_grazing);
 }
 
 std::string coat_table() {
@@ -307,6 +381,6 @@ std::string glass_table() {
 
 int main() {
   using namespace lightmill::ggx;
-  fmt::print("{}{}{}{}", schlick_tables(), metal_table(), coat_table(), glass_table());
+  fmt::print("{}{}{}{}{}", schlick_tables(), metal_table(), coat_table(), glass_table(), anisotropic_tables());
   return 0;
 }

@@ -54,17 +54,23 @@ M8 is_rough(F8 alpha) {
   return alpha >= F8(ggx::kSmoothAlpha);
 }
 
+ggx::Facets8 facets_of(const PrincipledParameters8& p) {
+  const F8 alpha = alpha_of(p.roughness);
+  return p.anisotropy ? ggx::Facets8(alpha, p.anisotropy->strength, p.anisotropy->directed) : ggx::Facets8(alpha);
+}
+
 }  // namespace
 
 Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M8 front)
     : base_(p.base_color),
-      alpha_(alpha_of(p.roughness)),
+      facets_(facets_of(p)),
+      alpha_(facets_.mean_alpha()),
       coat_alpha_(alpha_of(p.coat_roughness)),
       metal_(p.metallic),
       plastic_((F8(1.0f) - p.metallic) * (F8(1.0f) - p.transmission)),
       glass_((F8(1.0f) - p.metallic) * p.transmission),
       compensated_(p.compensated & is_rough(alpha_) & (plastic_ < F8(1.0f))),
-      glass_bsdf_{eta, alpha_, base_, compensated_},
+      glass_bsdf_{eta, alpha_of(p.roughness), base_, compensated_},
       has_glass_((glass_ > F8(0.0f)).any()),
       has_coat_((p.coat > F8(0.0f)).any()),
       has_burley_(p.burley.any()) {
@@ -76,25 +82,32 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   coat_ = masked(~inside_glass, p.coat);
   coat_beyond_ = masked(inside_glass, p.coat);
 
-  terms_ = ggx::albedo(wo.z, alpha_);
+  terms_ = facets_.albedo(wo);
   metal_albedo_ = base_ * terms_.normal + V8{terms_.grazing, terms_.grazing, terms_.grazing};
   if ((compensated_ & (metal_ > F8(0.0f))).any()) {
     const V8 mean = schlick(base_, F8(1.0f / 21));  // the mean of (1 − cos)⁵
-    metal_kept_ = masked(compensated_, ggx::kept_by_bounces(mean, alpha_));
+    metal_kept_ = masked(compensated_, ggx::kept_by_bounces(mean, facets_.mean_albedo()));
     metal_albedo_ = metal_albedo_ + mean * metal_kept_ * (F8(1.0f) - terms_.of(F8(1.0f), F8(1.0f)));
   }
   gloss_albedo_ = terms_.of(f0_, f90_);
   // Slightly below 1 at most, because 1 − albedo is a divisor.
-  gloss_albedo_mean_ = min(ggx::mean_albedo(alpha_).of(f0_, f90_), F8(0.9999f));
+  gloss_albedo_mean_ = min(facets_.mean_albedo().of(f0_, f90_), F8(0.9999f));
   diffuse_albedo_ = F8(1.0f) - gloss_albedo_;
   if (has_burley_) {
     burley_ = p.burley;
     roughness_ = p.roughness;
+    if (p.anisotropy) {
+      roughness_ = select(p.anisotropy->strength > F8(0.0f), sqrt(alpha_), roughness_);
+    }
     diffuse_albedo_ = select(burley_, burley_albedo(wo.z, p.roughness), diffuse_albedo_);
   }
   if (has_coat_) {
     coat_albedo_ = coat_ * coat_albedo(ggx::albedo(wo.z, coat_alpha_));
     coat_mean_ = coat_ * coat_albedo(ggx::mean_albedo(coat_alpha_));
+  }
+  if (p.sheen && (max_component(p.sheen->color) > F8(0.0f)).any()) {
+    const V8 color = masked(~inside_glass, p.sheen->color);
+    sheen_ = {Sheen8(p.sheen->roughness, wo), color * (metal_ + plastic_), max_component(color)};
   }
   set_probabilities(wo);
 }
@@ -106,12 +119,22 @@ void Principled8::set_probabilities(const V8& wo) {
   p_gloss_ = left * (metal_ * average(metal_albedo_) + plastic_ * gloss_albedo_) + average(inner_coat(wo.z));
   p_diffuse_ = left * plastic_ * diffuse_albedo_ * base;
   p_glass_ = left * glass_ * (F8(0.5f) + F8(0.5f) * base);
-  const F8 sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_;
+  F8 sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_;
+  if (sheen_) {
+    const F8 below = F8(1.0f) - sheen_->weight * sheen_->white.albedo();
+    p_gloss_ *= below;
+    p_diffuse_ *= below;
+    sheen_->p = left * average(sheen_->color) * sheen_->white.albedo();
+    sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_ + sheen_->p;
+  }
   const F8 scale = masked(sum > F8(0.0f), F8(1.0f) / sum);
   p_coat_ *= scale;
   p_gloss_ *= scale;
   p_diffuse_ *= scale;
   p_glass_ *= scale;
+  if (sheen_) {
+    sheen_->p *= scale;
+  }
 }
 
 F8 Principled8::coat_below(F8 cos_theta, F8 albedo) const {
@@ -130,6 +153,19 @@ F8 Principled8::coat_leaves(const V8& wo, const V8& wi, bool diffuse) const {
               : sqrt((F8(1.0f) - coat_below(wo.z, coat_albedo_)) * (F8(1.0f) - coat_below(wi.z, coat_ * albedo_i)));
   const F8 same_side = out * in / divisor;
   return select(through, out * (F8(1.0f) - coat_beyond_ * albedo_i), same_side);
+}
+
+F8 Principled8::sheen_leaves(const V8& wi, bool diffuse) const {
+  const F8 albedo_o = sheen_->weight * sheen_->white.albedo(), albedo_i = sheen_->weight * sheen_->white.albedo(wi.z);
+  const F8 mean = sheen_->weight * sheen_->white.mean_albedo(),
+           in_and_out = (F8(1.0f) - albedo_o) * (F8(1.0f) - albedo_i);
+  if (diffuse) {
+    return in_and_out / (F8(1.0f) - mean);
+  }
+  // The rougher the facets are, the nearer E' is to the mean. A fit: the albedo of white metal is within 4.5 % of 1.
+  const F8 width = F8(1.0f) - exp(alpha_ * F8(-4.0f));
+  const auto below = [&](F8 albedo) { return albedo + (mean - albedo) * width; };
+  return in_and_out / sqrt((F8(1.0f) - below(albedo_o)) * (F8(1.0f) - below(albedo_i)));
 }
 
 V8 Principled8::inner_coat(F8 cos_o) const {
@@ -158,18 +194,24 @@ V8 Principled8::eval(const V8& wo, const V8& wi) const {
   const M8 above = wi.z > F8(0.0f);
   const V8 m = ggx::half_vector(wo, wi);
   const F8 cos_o = dot(wo, m);
-  const F8 gloss = masked(above & is_rough(alpha_), ggx::reflection(wo, wi, m, alpha_));
+  const F8 gloss =
+      masked(above & is_rough(alpha_),
+             facets_.with_axes([&](const ggx::Alpha8& alpha) { return ggx::reflection(wo, wi, m, alpha); }));
   F8 balance(1.0f);
   if (compensated_.any()) {
-    balance = select(compensated_, ggx::balance(wo.z, alpha_) * ggx::balance(wi.z, alpha_), balance);
+    balance = select(compensated_, facets_.balance(wo) * facets_.balance(wi), balance);
   }
   V8 f = gloss_fresnel(cos_o, balance) * gloss;
-  const F8 albedo_i = ggx::albedo(wi.z, alpha_).of(f0_, f90_);
+  const F8 albedo_i = facets_.albedo(wi).of(f0_, f90_);
   F8 diffuse = plastic_ * (F8(1.0f) - gloss_albedo_) * (F8(1.0f) - albedo_i) / (F8(1.0f) - gloss_albedo_mean_);
   if (has_burley_) {
     diffuse = select(burley_, plastic_ * burley(wo, wi, roughness_), diffuse);
   }
-  const V8 below = base_ * (diffuse * masked(above, wi.z * F8(kInvPi)));
+  V8 below = base_ * (diffuse * masked(above, wi.z * F8(kInvPi)));
+  if (sheen_) {
+    f = f * sheen_leaves(wi, false);
+    below = below * sheen_leaves(wi, true) + sheen_->color * sheen_->white.reflection(wo, wi);
+  }
   if (has_glass_) {
     f = f + glass_bsdf_.eval(wo, wi) * glass_;
   }
@@ -185,7 +227,12 @@ F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
   const M8 above = wi.z > F8(0.0f);
   const V8 m = ggx::half_vector(wo, wi);
   F8 pdf = p_diffuse_ * cosine_hemisphere_pdf_solid_angle(wi.z);
-  pdf += p_gloss_ * masked(above & is_rough(alpha_), ggx::reflection_pdf_solid_angle(wo, wi, m, alpha_));
+  pdf += p_gloss_ * masked(above & is_rough(alpha_), facets_.with_axes([&](const ggx::Alpha8& alpha) {
+           return ggx::reflection_pdf_solid_angle(wo, wi, m, alpha);
+         }));
+  if (sheen_) {
+    pdf += sheen_->p * Sheen8::pdf_solid_angle(wi.z);
+  }
   if (has_glass_) {
     pdf += p_glass_ * glass_bsdf_.pdf_solid_angle(wo, wi);
   }
@@ -197,6 +244,9 @@ F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
 
 SmoothLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) const {
   SmoothLobes8 lobes{masked(~is_rough(alpha_), gloss_fresnel(wo.z, F8(1.0f))), V8()};
+  if (sheen_) {
+    lobes.reflected = lobes.reflected * sheen_leaves({-wo.x, -wo.y, wo.z}, false);
+  }
   if (has_glass_) {
     const SmoothLobes8 glass = glass_bsdf_.smooth(f);
     lobes.reflected = lobes.reflected + glass.reflected * glass_;
@@ -215,7 +265,12 @@ V8 Principled8::rough_albedo() const {
   const V8 gloss = metal_albedo_ * metal_ + V8{white_gloss, white_gloss, white_gloss};
   const V8 diffuse = base_ * (plastic_ * diffuse_albedo_);
   const V8 glass = base_ * masked(glass_bsdf_.rough(), glass_);
-  const V8 sum = diffuse + masked(is_rough(alpha_), gloss) + glass;
+  V8 opaque = diffuse + masked(is_rough(alpha_), gloss);
+  if (sheen_) {
+    const F8 albedo = sheen_->white.albedo();
+    opaque = opaque * (F8(1.0f) - sheen_->weight * albedo) + sheen_->color * albedo;
+  }
+  const V8 sum = opaque + glass;
   if (!has_coat_) {
     return sum;
   }
@@ -229,21 +284,35 @@ Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
   const M8 gloss = and_not(choice < after_gloss, diffuse);
   const F8 after_coat = after_gloss + p_coat_;
   const M8 coat = and_not(choice < after_coat, diffuse | gloss);
-  const M8 glass = ~(diffuse | gloss | coat) & (p_glass_ > F8(0.0f));
+  F8 after_sheen = after_coat;
+  M8 sheen;
+  if (sheen_) {
+    after_sheen = after_coat + sheen_->p;
+    sheen = and_not(choice < after_sheen, diffuse | gloss | coat);
+  }
+  const M8 glass = ~(diffuse | gloss | coat | sheen) & (p_glass_ > F8(0.0f));
 
-  const F8 alpha = select(coat, coat_alpha_, alpha_);
+  const M8 rough = is_rough(select(coat, coat_alpha_, facets_.alpha()));
   const V8 up{F8(0.0f), F8(0.0f), F8(1.0f)};
-  const V8 m = select(is_rough(alpha), ggx::sample_visible_normal(wo, alpha, u), up);
+  const V8 visible = facets_.with_axes([&](const ggx::Alpha8& of) {
+    const F8 y = select(coat, coat_alpha_, of.y);
+    return ggx::sample_visible_normal(wo, of.isotropic ? ggx::Alpha8(y) : ggx::Alpha8(select(coat, y, of.x), y), u);
+  });
+  const V8 m = select(rough, visible, up);
   const V8 reflected = ggx::reflect(wo, m);
   Drawn8 d;
   d.wi = select(diffuse, square_to_cosine_hemisphere(u), reflected);
-  d.smooth = and_not(gloss | coat, is_rough(alpha));
-  const V8 gloss_weight = gloss_fresnel(wo.z, F8(1.0f)) * (coat_leaves(wo, d.wi, false) / p_gloss_);
+  d.smooth = and_not(gloss | coat, rough);
+  V8 gloss_weight = gloss_fresnel(wo.z, F8(1.0f)) * (coat_leaves(wo, d.wi, false) / p_gloss_);
+  if (sheen_) {
+    d.wi = select(sheen, Sheen8::sample(u), d.wi);
+    gloss_weight = gloss_weight * sheen_leaves(d.wi, false);
+  }
   const F8 coat_weight = coat_fresnel(wo.z) / p_coat_;
   d.smooth_weight = select(coat, V8{coat_weight, coat_weight, coat_weight}, gloss_weight);
-  d.valid = (diffuse | gloss | coat) & (d.wi.z > F8(0.0f));
+  d.valid = (diffuse | gloss | coat | sheen) & (d.wi.z > F8(0.0f));
   if (glass.any()) {
-    const F8 rest = min(max((choice - after_coat) / p_glass_, F8(0.0f)), F8(0x1.fffffep-1f));
+    const F8 rest = min(max((choice - after_sheen) / p_glass_, F8(0.0f)), F8(0x1.fffffep-1f));
     const BsdfSample8 s = glass_bsdf_.sample(wo, u, rest);
     d.wi = select(glass, s.wi, d.wi);
     d.smooth = d.smooth | and_not(glass, glass_bsdf_.rough());

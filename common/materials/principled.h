@@ -1,4 +1,5 @@
-// Principled BSDF, as in Blender and glTF: a coat over a mixture of metal, glass and glossy plastic.
+// Principled BSDF, as in Blender and glTF: a coat over a mixture of metal, glass and glossy plastic. Metal and plastic
+// can have a sheen.
 //
 // With c = coat, m = metallic, t = transmission:
 //   f = c·coat + T·(m·metal + (1 − m)(t·glass + (1 − t)·(gloss + T'·diffuse)))
@@ -7,6 +8,13 @@
 //
 // T and T' are the shares of light that a layer leaves to those below. They follow from the layer's directional albedo
 // E, so that white layers reflect all light. f is reciprocal.
+//
+// A sheen of colour s (sheen.h) replaces m·metal + (1 − m)(1 − t)·plastic by
+//   (1 − (1 − m) t)·s·sheen + T"·(m·metal + (1 − m)(1 − t)·plastic)
+// T" is like T, with the largest component of s for c. E' of rough metal and gloss is between E_mean and E. Glass has
+// no sheen. Surfaces have none as seen from within glass.
+//
+// Metal and gloss can be anisotropic. Then they are rougher along x. Coat, glass and sheen are isotropic.
 //
 // `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender
 // before 4.0:
@@ -17,10 +25,24 @@
 // diffuse part.
 #pragma once
 
-#include "common/materials/ggx_albedo.h"
+#include <optional>
+
+#include "common/materials/ggx_facets.h"
 #include "common/materials/rough_dielectric.h"
+#include "common/materials/sheen.h"
 
 namespace lightmill {
+
+/// Anisotropy of metal and gloss (ggx_facets.h).
+struct PrincipledAnisotropy8 {
+  F8 strength;  ///< in [0, 1]
+  M8 directed;  ///< x is its direction; otherwise it has none
+};
+
+struct PrincipledSheen8 {
+  V8 color;      ///< each in [0, 1]
+  F8 roughness;  ///< in [0, 1]
+};
 
 struct PrincipledParameters8 {
   V8 base_color;
@@ -30,6 +52,8 @@ struct PrincipledParameters8 {
   F8 coat, coat_roughness;                         ///< each in [0, 1]
   M8 compensated;                                  ///< metal and glass, for multiple scattering
   M8 burley = M8();                                ///< Burley's diffuse part
+  std::optional<PrincipledAnisotropy8> anisotropy = {};
+  std::optional<PrincipledSheen8> sheen = {};
 };
 
 /// Lobes with alpha below ggx::kSmoothAlpha are delta. They are sampled, but omitted by eval and pdf. A lobe is chosen
@@ -58,6 +82,8 @@ class Principled8 {
   F8 coat_leaves(const V8& wo, const V8& wi, bool diffuse) const;
   /// cE' of the facets. `albedo`: cE.
   F8 coat_below(F8 cos_theta, F8 albedo) const;
+  /// Share T" of light from wi that the sheen leaves to the diffuse layer below, or to facets.
+  F8 sheen_leaves(const V8& wi, bool diffuse) const;
   /// Of metal, plastic, and the coat as seen from within glass. `balance`: g(wo) g(wi) of ggx_albedo.h, or 1.
   V8 gloss_fresnel(F8 cos_o, F8 balance) const;
   /// Share of the light from within glass that the coat sends back.
@@ -75,7 +101,9 @@ class Principled8 {
   Drawn8 draw(const V8& wo, Pair8 u, F8 choice) const;
 
   V8 base_;
-  F8 alpha_, coat_alpha_;
+  ggx::Facets8 facets_;  ///< of metal and gloss
+  F8 alpha_;             ///< their mean alpha
+  F8 coat_alpha_;
   F8 metal_, plastic_, glass_;  ///< shares
   V8 metal_kept_;               ///< κ of ggx_albedo.h
   V8 metal_albedo_;             ///< from wo
@@ -91,6 +119,13 @@ class Principled8 {
   RoughDielectric8 glass_bsdf_;
   bool has_glass_, has_coat_, has_burley_;     ///< in any lane
   F8 p_diffuse_, p_gloss_, p_glass_, p_coat_;  ///< probabilities, whose sum is 1 where anything is reflected
+  struct Layer8 {
+    Sheen8 white;
+    V8 color;         ///< times the share of the surface that has it
+    F8 weight;        ///< the largest component of the colour
+    F8 p = F8(0.0f);  ///< probability, part of the sum 1
+  };
+  std::optional<Layer8> sheen_;  ///< if there is one in any lane
 };
 
 }  // namespace lightmill

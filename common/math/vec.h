@@ -88,6 +88,11 @@ struct Frame8 {
     s = {F8(1.0f) + sign * n.x * n.x * a, sign * b, -(sign * n.x)};
     t = {b, sign + n.y * n.y * a, -n.y};
   }
+  /// Turns the frame about its normal in these lanes, so that s is `tangent`: a unit vector, perpendicular to n.
+  void turn(const V8& tangent, M8 lanes) {
+    s = select(lanes, tangent, s);
+    t = select(lanes, cross(n, tangent), t);
+  }
   V8 to_world(const V8& local) const { return s * local.x + t * local.y + n * local.z; }
   V8 to_local(const V8& world) const { return {dot(s, world), dot(t, world), dot(n, world)}; }
 };

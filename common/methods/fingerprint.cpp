@@ -143,6 +143,18 @@ void add_materials(Scene& scene, double glow_exponent) {
       {"leaf", PhongMaterial{{0.2f, 0.5f, 0.2f}, {0.2f, 0.2f, 0.2f}, 5}, {}, false},
       {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1, true}, {}, false},
       {"hammered", MirrorMaterial{{0.8f, 0.9f, 0.9f}}, {}, false},
+      {"brushed", ConductorMaterial{{3.5f, 2.9f, 2.1f}, {4.3f, 4.2f, 3.9f}, 0.25, {0.7, 35}}, {}, false},
+      {"velvet",
+       PrincipledMaterial{.base_color = {0.5f, 0.1f, 0.2f},
+                          .metallic = 0.2,
+                          .roughness = 0.6,
+                          .transmission = 0.3,
+                          .coat = 0.3,
+                          .anisotropy = {0.5, -20},
+                          .sheen_color = {{0.9f, 0.8f, 0.7f}, 1},
+                          .sheen_roughness = 0.25},
+       {},
+       false},
   };
   scene.materials[5].emission_exponent = glow_exponent;
   scene.materials[5].light_group = "key";
@@ -186,7 +198,8 @@ void add_room(TestScene& test) {
   test.scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
 }
 
-/// Surfaces that rays pass, an instance of a mesh with tangents, and two of another mesh, one mirrored.
+/// Surfaces that rays pass, anisotropic surfaces with tangents and with texture coordinates, an instance of a mesh with
+/// tangents, and two of another mesh, one mirrored.
 void add_sheets_and_instances(TestScene& test, bool holdout) {
   Mesh gauze = quad({-1.4, 0.3, 1.3}, {2.3, -0.1, 0.3}, {0.6, 1.9, -0.2});
   gauze.colors = {{1, 1, 1, 0.5f}, {1, 0.5f, 1, 1}, {1, 1, 0, 0.25f}, {0, 1, 1, 0.75f}};
@@ -202,6 +215,15 @@ void add_sheets_and_instances(TestScene& test, bool holdout) {
   test.scene.objects.back().transform = {{{-1, 0, 0, -0.6}, {0, 1, 0, 0.5}, {0, 0, 1, 0}}};
   bent.tangents.assign(4, {0.8f, 0, 0.6f, -1});
   test.add(15, bent);
+  test.add(19, bent);
+  test.scene.objects.back().transform = {{{0.9, 0.1, 0, -0.7}, {0, 0.8, 0.2, 0.9}, {0.1, 0, 1, -0.2}}};
+  Mesh cloth = bumpy_sphere(-0.1, 1.4, -1.2, 0.35);
+  for (const auto& p : cloth.positions) {
+    cloth.texture_coordinates.push_back({static_cast<float>(2 * p[0]), static_cast<float>(p[1])});
+  }
+  test.add(20, cloth);
+  test.add(19, cloth);
+  test.scene.objects.back().transform = {{{-0.7, 0, 0, 1.1}, {0, 0.8, 0.1, 0.7}, {0, 0, 0.9, 0.9}}};
   const Mesh shared = bumpy_sphere(0, 0, 0, 1);  // two instances, one mirrored
   test.add(0, shared);
   test.scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};

@@ -52,13 +52,17 @@ inline V8 mirror_image(const V8& direction, const V8& normal) {
 
 struct ShadingFrame8 {
   V8 facing;     ///< the geometric normal on the ray's side
-  Frame8 frame;  ///< around the shading normal on the ray's side
+  Frame8 frame;  ///< around the shading normal on the ray's side; its s is the direction of anisotropic surfaces
   M8 mapped;     ///< see Surface8
 
   explicit ShadingFrame8(const Surface8& surface)
       : facing(select(surface.front, surface.geometric_normal, -surface.geometric_normal)),
         frame(select(surface.front, surface.shading_normal, -surface.shading_normal)),
-        mapped(surface.mapped) {}
+        mapped(surface.mapped) {
+    if (surface.directed.any()) [[unlikely]] {
+      frame.turn(surface.tangent, surface.directed);
+    }
+  }
   /// The same normal for both.
   explicit ShadingFrame8(const V8& normal) : facing(normal), frame(normal) {}
 

@@ -33,12 +33,13 @@ Lobes lobes_of(const PrincipledMaterial& m, const Material& material) {
   const bool metallic_map = material.metallic_map.texture != kNoTexture;
   const bool all_metal = m.metallic >= 1 && !metallic_map;
   Lobes lobes;
-  lobes.diffuse = !all_metal && m.transmission < 1 && !is_black(m.base_color);
+  const bool sheen = !is_black(m.sheen_color) && (m.transmission < 1 || m.metallic > 0);
+  lobes.diffuse = (!all_metal && m.transmission < 1 && !is_black(m.base_color)) || sheen;
   const bool gloss = !all_metal && m.transmission < 1 && m.specular > 0;
   const bool metal = m.metallic > 0;  // also a black one, at grazing angles
   const bool glass = !all_metal && m.transmission > 0;
   if (gloss || metal || glass) {
-    lobes.add(m.roughness);
+    lobes.add(gloss || metal ? mean_roughness(m.roughness, m.anisotropy) : m.roughness);
     lobes.mapped = material.roughness_map.texture != kNoTexture;
   }
   if (m.coat > 0) {
@@ -69,7 +70,7 @@ Lobes lobes_of(const Material& material) {
                    }
                  },
                  [&](const ConductorMaterial& m) {
-                   lobes.add(m.roughness);
+                   lobes.add(mean_roughness(m.roughness, m.anisotropy));
                    lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
                  },
                  [&](const PrincipledMaterial& m) { lobes = lobes_of(m, material); }, [](const HoldoutMaterial&) {}},

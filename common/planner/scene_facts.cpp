@@ -49,41 +49,60 @@ std::array<double, 3> burley_bound(const PrincipledMaterial& m) {
   return {base.r * kMostDiffuse + gloss, base.g * kMostDiffuse + gloss, base.b * kMostDiffuse + gloss};
 }
 
+/// Upper bound of the albedo without a sheen, by channel.
+std::array<double, 3> principled_bound(const PrincipledMaterial& m) {
+  if (m.burley_diffuse) {
+    return burley_bound(m);
+  }
+  // A white coat or gloss raises a dark base.
+  const bool layers = m.coat > 0 || m.specular > 0;
+  const auto bound = [&](float base) -> double { return layers ? std::max(base, 0.04f) : base; };
+  return {bound(m.base_color.rgb.r), bound(m.base_color.rgb.g), bound(m.base_color.rgb.b)};
+}
+
+/// The same with its sheen, which reduces the base by the reflectance of the largest component of its colour.
+std::array<double, 3> with_sheen(const PrincipledMaterial& m, const std::array<double, 3>& base) {
+  constexpr double kMostSheen = 0.3;  // of white sheen in even light, at roughness 1
+  const RgbColor& c = m.sheen_color.rgb;
+  const double taken = kMostSheen * std::max({c.r, c.g, c.b});
+  const auto bound = [&](double below, float sheen) {
+    return std::max(below, kMostSheen * sheen + (1 - taken) * below);
+  };
+  return {bound(base[0], c.r), bound(base[1], c.g), bound(base[2], c.b)};
+}
+
 /// Upper bound of a surface's albedo, by channel.
 std::array<double, 3> albedo_of(const Material& material) {
   const auto of = [](const RgbColor& c) { return std::array<double, 3>{c.r, c.g, c.b}; };
-  return std::visit(
-      Overloaded{[&](const DiffuseMaterial& m) { return of(m.reflectance.rgb); },
-                 [&](const MirrorMaterial& m) { return of(m.reflectance.rgb); },
-                 [&](const DielectricMaterial&) {
-                   return std::array<double, 3>{1, 1, 1};
-                 },
-                 [&](const PhongMaterial& m) {
-                   const RgbColor &d = m.diffuse.rgb, &s = m.specular.rgb;
-                   return of({d.r + s.r, d.g + s.g, d.b + s.b});
-                 },
-                 [&](const ConductorMaterial& m) {
-                   const auto at_normal = conductor::normal_reflectance<double>;
-                   return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
-                                                at_normal(m.eta.b, m.k.b)};
-                 },
-                 [&](const PrincipledMaterial& m) {
-                   if (m.burley_diffuse) {
-                     return burley_bound(m);
-                   }
-                   // A white coat or gloss raises a dark base.
-                   const bool layers = m.coat > 0 || m.specular > 0;
-                   return layers ? of({std::max(m.base_color.rgb.r, 0.04f), std::max(m.base_color.rgb.g, 0.04f),
-                                       std::max(m.base_color.rgb.b, 0.04f)})
-                                 : of(m.base_color.rgb);
-                 },
-                 [](const HoldoutMaterial&) { return std::array<double, 3>{}; }},
-      material.kind);
+  return std::visit(Overloaded{[&](const DiffuseMaterial& m) { return of(m.reflectance.rgb); },
+                               [&](const MirrorMaterial& m) { return of(m.reflectance.rgb); },
+                               [&](const DielectricMaterial&) {
+                                 return std::array<double, 3>{1, 1, 1};
+                               },
+                               [&](const PhongMaterial& m) {
+                                 const RgbColor &d = m.diffuse.rgb, &s = m.specular.rgb;
+                                 return of({d.r + s.r, d.g + s.g, d.b + s.b});
+                               },
+                               [&](const ConductorMaterial& m) {
+                                 const auto at_normal = conductor::normal_reflectance<double>;
+                                 return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
+                                                              at_normal(m.eta.b, m.k.b)};
+                               },
+                               [&](const PrincipledMaterial& m) { return with_sheen(m, principled_bound(m)); },
+                               [](const HoldoutMaterial&) { return std::array<double, 3>{}; }},
+                    material.kind);
 }
 
 bool is_textured(const Material& material) {
   return std::ranges::any_of(colors_of(material), [](const auto* color) { return color->texture != kNoTexture; }) ||
          material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture;
+}
+
+bool has_sheen(const Material& material) {
+  return std::visit(Overloaded{[](const PrincipledMaterial& m) { return !is_black(m.sheen_color); },
+                               [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial,
+                                              ConductorMaterial, HoldoutMaterial> auto&) { return false; }},
+                    material.kind);
 }
 
 /// Facts of the materials in use.
@@ -96,6 +115,8 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   const std::array<double, 3> albedo = albedo_of(material);
   const bool textured = is_textured(material);
   facts.normal_maps = facts.normal_maps || has_mapped_normals(material);
+  facts.anisotropy = facts.anisotropy || is_anisotropic(material);
+  facts.sheen = facts.sheen || has_sheen(material);
   facts.textures =
       facts.textures || textured || has_mapped_normals(material) || material.opacity.map.texture != kNoTexture;
   facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
@@ -352,6 +373,8 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
   add(facts.textures, "textures");
   add(!facts.see_through.empty(), "opacity");
   add(facts.normal_maps, "normal maps");
+  add(facts.anisotropy, "anisotropy");
+  add(facts.sheen, "sheen");
   add(facts.holdouts, "holdouts");
   add(facts.lens, "lens");
   add(facts.meters > 0, "meters");

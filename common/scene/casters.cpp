@@ -9,16 +9,19 @@ namespace lightmill {
 bool is_caster(const Material& material) {
   const auto narrow = [](double roughness) { return roughness * roughness < kCasterAlpha; };
   const auto receiver = [](const OneOf<DiffuseMaterial, PhongMaterial, HoldoutMaterial> auto&) { return false; };
-  return std::visit(Overloaded{[](const MirrorMaterial&) { return true; },
-                               [&](const DielectricMaterial& m) { return narrow(m.roughness); },
-                               [&](const ConductorMaterial& m) { return narrow(m.roughness); },
-                               [&](const PrincipledMaterial& m) {
-                                 const bool metal = m.metallic == 1 && material.metallic_map.texture == kNoTexture;
-                                 return (metal || m.transmission == 1) && narrow(m.roughness) &&
-                                        (m.coat == 0 || narrow(m.coat_roughness));
-                               },
-                               receiver},
-                    material.kind);
+  return std::visit(
+      Overloaded{[](const MirrorMaterial&) { return true; },
+                 [&](const DielectricMaterial& m) { return narrow(m.roughness); },
+                 [&](const ConductorMaterial& m) { return narrow(mean_roughness(m.roughness, m.anisotropy)); },
+                 [&](const PrincipledMaterial& m) {
+                   const bool metal = m.metallic == 1 && material.metallic_map.texture == kNoTexture;
+                   const bool glass = m.transmission == 1 && m.metallic == 0;
+                   const double roughness = glass ? m.roughness : mean_roughness(m.roughness, m.anisotropy);
+                   return (metal || m.transmission == 1) && (glass || is_black(m.sheen_color)) && narrow(roughness) &&
+                          (m.coat == 0 || narrow(m.coat_roughness));
+                 },
+                 receiver},
+      material.kind);
 }
 
 std::vector<CasterLobe> caster_lobes(const Material& material) {
@@ -34,10 +37,11 @@ std::vector<CasterLobe> caster_lobes(const Material& material) {
                    return Lobes{{1, refracted(m.roughness, m.ior)}};
                  },
                  [&](const ConductorMaterial& m) {
-                   return Lobes{{1, reflected(m.roughness)}};
+                   return Lobes{{1, reflected(mean_roughness(m.roughness, m.anisotropy))}};
                  },
                  [&](const PrincipledMaterial& m) {
-                   const double base = m.metallic == 1 ? reflected(m.roughness) : refracted(m.roughness, m.ior);
+                   const double base = m.metallic == 1 ? reflected(mean_roughness(m.roughness, m.anisotropy))
+                                                       : refracted(m.roughness, m.ior);
                    const double coat = kCoatReflects * m.coat;
                    return Lobes{{1 - coat, base}, {coat, m.coat_roughness * m.coat_roughness * kFromTheSide}};
                  },

@@ -12,8 +12,8 @@ inline constexpr double kCasterAlpha = 0.1;
 
 /// Whether the material is a caster (C) or a receiver (D). Light paths are classified by their start: light → C⁺ → D …
 /// Casters are mirrors, dielectrics and metals with alpha below kCasterAlpha. So are principled materials without a
-/// diffuse part, if every lobe is as narrow. Roughness maps multiply the roughness by at most 1, so they make no caster
-/// a receiver. A metallic map leaves a diffuse part.
+/// diffuse part or sheen, if every lobe is as narrow. Anisotropic metal counts with its mean roughness. Roughness maps
+/// multiply the roughness by at most 1, so they make no caster a receiver. A metallic map leaves a diffuse part.
 bool is_caster(const Material& material);
 
 /// One of the lobes of a caster.

@@ -25,10 +25,16 @@ void to_wire_kind(const PhongMaterial& m, const Textures& textures, v1::Material
   to_wire_textured(m.specular, textures, out->mutable_phong()->mutable_specular());
   out->mutable_phong()->set_exponent(m.exponent);
 }
+/// `out`: a conductor or principled material.
+void to_wire_anisotropy(const Anisotropy& anisotropy, auto* out) {
+  out->set_anisotropy(anisotropy.strength);
+  out->set_anisotropy_rotation_degrees(anisotropy.rotation_degrees);
+}
 void to_wire_kind(const ConductorMaterial& m, const Textures&, v1::Material* out) {
   to_wire_color(m.eta, out->mutable_conductor()->mutable_eta());
   to_wire_color(m.k, out->mutable_conductor()->mutable_k());
   out->mutable_conductor()->set_roughness(m.roughness);
+  to_wire_anisotropy(m.anisotropy, out->mutable_conductor());
 }
 void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Material* out) {
   v1::Material::Principled* p = out->mutable_principled();
@@ -41,6 +47,14 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
   p->set_coat(m.coat);
   p->set_coat_roughness(m.coat_roughness);
   p->set_burley_diffuse(m.burley_diffuse);
+  to_wire_anisotropy(m.anisotropy, p);
+  const PrincipledMaterial defaults;
+  if (!(m.sheen_color == defaults.sheen_color)) {
+    to_wire_textured(m.sheen_color, textures, p->mutable_sheen_color());
+  }
+  if (m.sheen_roughness != defaults.sheen_roughness) {
+    p->set_sheen_roughness(m.sheen_roughness);
+  }
 }
 void to_wire_kind(const HoldoutMaterial&, const Textures&, v1::Material* out) {
   out->mutable_holdout();
@@ -72,6 +86,7 @@ Result<PhongMaterial> phong_from_wire(const std::string& path, const v1::Materia
 Result<ConductorMaterial> conductor_from_wire(const std::string& path, const v1::Material::Conductor& conductor) {
   ConductorMaterial out;
   out.roughness = conductor.roughness();
+  out.anisotropy = {conductor.anisotropy(), conductor.anisotropy_rotation_degrees()};
   if (conductor.metal().empty()) {
     if (!conductor.has_eta() && !conductor.has_k()) {
       return invalid_argument("{}: metal, or eta and k must be given", path);
@@ -109,6 +124,10 @@ Result<PrincipledMaterial> principled_from_wire(const std::string& path, const v
   out.coat = p.coat();
   out.coat_roughness = p.has_coat_roughness() ? p.coat_roughness() : out.coat_roughness;
   out.burley_diffuse = p.burley_diffuse();
+  out.anisotropy = {p.anisotropy(), p.anisotropy_rotation_degrees()};
+  LM_RETURN_IF_ERROR(
+      optional_color(path + ".sheen_color", p.has_sheen_color(), p.sheen_color(), textures, out.sheen_color));
+  out.sheen_roughness = p.has_sheen_roughness() ? p.sheen_roughness() : out.sheen_roughness;
   return out;
 }
 

@@ -49,13 +49,18 @@ TEST(Materials, StayFiniteAtGrazingAngles) {
       R"("dielectric": {"ior": 10, "roughness": 0.02})",
       R"("dielectric": {"ior": 1e-3, "roughness": 0.5})",
       R"("principled": {"transmission": 0.5, "coat": 1, "coat_roughness": 1, "roughness": 0})",
-      R"("principled": {"base_color": {"rgb": [0, 0, 0]}, "specular": 0})"};
+      R"("principled": {"base_color": {"rgb": [0, 0, 0]}, "specular": 0})",
+      R"("conductor": {"metal": "silver", "roughness": 0, "anisotropy": 1})",
+      R"("principled": {"metallic": 1, "roughness": 0.02, "anisotropy": 0.1})",
+      R"("principled": {"roughness": 0, "anisotropy": 0.5, "sheen_color": {"rgb": [1, 1, 1]}, "sheen_roughness": 0})"};
   for (const std::string& kind : kinds) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 1e-4, 3], "look_at": [0, 0, 0])", 20, 16, diffuse("sky", 0, 1) + "," + named("x", kind),
                  sphere("sky", "[0, 0, 0]", 20, true) + "," + mesh("x", "floor.obj") + "," +
                      sphere("x", "[0, 0.3, 0]", 0.2)),
-        {{"floor.obj", plane(20, 0, true)}});
+        {{"floor.obj",
+          "v -8 0 -11\nv -8 0 9\nv 12 0 9\nv 12 0 -11\nvt 0 0\nvt 0 1\nvt 1 1\nvt 1 0\n"
+          "f 1/1 2/2 3/3 4/4\n"}});
     const Estimate seen = mean_of(scene.render({"path", 52, 0}, 6), 1);
     EXPECT_TRUE(std::isfinite(seen.value)) << kind;
     EXPECT_GE(seen.value, 0) << kind;

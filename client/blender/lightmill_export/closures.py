@@ -3,6 +3,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from . import anisotropy
 from .nodes import Input, Node
 from .values import Value, constant
 
@@ -106,8 +107,8 @@ def glossy(self, inside, weight):
     rough = constant(0.0) if sharp else roughness(self, inside)
     smooth = rough.is_constant() and rough.rgb[0] == 0
     multiple = distribution(self, inside, ("SHARP", "GGX", "MULTI_GGX") + (("BECKMANN", "ASHIKHMIN_SHIRLEY") if smooth else ()))
-    self.without(inside, "Anisotropy", "Rotation")
-    return self.one("glossy", inside, weight, {"roughness": rough, "multiple": multiple})
+    directed = anisotropy.of_glossy(self.reader, inside) if "Anisotropy" in inside.node.inputs else None
+    return self.one("glossy", inside, weight, {"roughness": rough, "multiple": multiple, "anisotropy": directed})
 
 
 def glass(self, inside, weight):

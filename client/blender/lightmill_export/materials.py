@@ -3,12 +3,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .anisotropy import Direction, follows, parameters
 from .bends import read_bend, read_displacement
 from .closures import ClosureReader
 from .nodes import output_of
-from .principled import OLD, diffuse_factor
+from .principled import OLD, SHEEN_COLOR, SHEEN_ROUGHNESS, diffuse_factor
 from .textures import Textures
-from .values import Value, ValueReader, constant
+from .values import Value, ValueReader, constant, luminance
 
 LEAST_GLOSS = 0.01  # roughness below which a glossy shader becomes a mirror
 SCHLICK_MEAN = 1 / 21  # mean of (1 − cos)⁵ in uniform light
@@ -20,6 +21,11 @@ class Made:
     document: dict
     placement: object = None  # of the texture coordinates
     colors: str | None = None
+    direction: object = None  # along which facets are rougher, if there are no texture coordinates
+
+    def uses_generated(self):
+        """Whether its meshes need generated coordinates."""
+        return (self.placement or self.direction or Direction("", "")).kind in ("GENERATED", "RADIAL")
 
 
 class Materials:
@@ -59,6 +65,7 @@ class MaterialMaker:
         self.uses = textures.of_material()
         self.document = {"name": name}
         self.colors = None
+        self.direction = None
 
     def make(self, material):
         if material is None:
@@ -67,7 +74,11 @@ class MaterialMaker:
             self.diffuse(constant(*material.diffuse_color[:3]), None)
         else:
             self.from_nodes(material)
-        return Made(self.document, self.uses.placement, self.colors)
+        if self.direction is not None and self.uses.placement is not None:
+            if not follows(self.direction, self.uses.placement):
+                self.notices.here("left out: the direction of its anisotropy. It is that of u of its images")
+            self.direction = None
+        return Made(self.document, self.uses.placement, self.colors, self.direction)
 
     def from_nodes(self, material):
         end = output_of(material.node_tree)
@@ -124,7 +135,6 @@ class MaterialMaker:
         return value
 
     def gray(self, value, node):
-        from .values import luminance
         return value if np.ptp(value.rgb) == 0 and value.is_constant() else self.reader.combine(luminance, [value], node)
 
     def glow(self, closures, opacity, share):
@@ -243,16 +253,44 @@ class MaterialMaker:
         burley = OLD and not numbers.get("lambert")
         if burley:
             ior, specular = self.old_gloss(numbers)
+        roughness, directed = self.anisotropic(node, numbers["roughness"], numbers.get("anisotropy"))
         out = {"base_color": self.color(color, node, vertex=True),
                "specular": specular, "transmission": numbers["transmission"], "ior": fitting_ior(ior),
                "coat": numbers["coat"], "coat_roughness": numbers["coat_roughness"],
-               **self.scalar(numbers["roughness"], node, "roughness"), **self.scalar(metallic, node, "metallic")}
+               **self.scalar(roughness, node, "roughness"), **self.scalar(metallic, node, "metallic"), **directed,
+               **self.sheen(color, node, numbers)}
         if burley and numbers["transmission"] < 1 and float(metallic.mean()[0]) < 1:
             out["burley_diffuse"] = True
         self.document["principled"] = out
         if numbers["transmission"] > 0:
             self.without_holes(node)
         self.rough(numbers["multiple"])
+
+    def anisotropic(self, node, roughness, anisotropy):
+        """The roughness in the document, and the fields of the anisotropy."""
+        if anisotropy is None or roughness.rgb[0] == 0:
+            return roughness, {}
+        across, fields = parameters(anisotropy, float(np.clip(roughness.rgb[0], 0, 1)))
+        if fields:
+            self.direction = anisotropy.direction
+            if roughness.image is not None:
+                self.notices.node(node, "where its image makes it smoother, its highlights are longer than in Blender")
+            if anisotropy.direction.kind == "UV" and 4 * anisotropy.rotation % 1 != 0:
+                self.notices.node(node, "where the UV map is mirrored, its anisotropy is rotated the other way than in Blender")
+        return Value(np.full(3, across), roughness.image, roughness.colors), fields
+
+    def sheen(self, color, node, numbers):
+        """The sheen that has the albedo of Burley's. His is of the diffuse part alone, and takes no light from it."""
+        plastic = (1 - float(numbers["metallic"].mean()[0])) * (1 - numbers["transmission"])
+        covered = 1 - numbers["transmission"] * (1 - float(numbers["metallic"].mean()[0]))
+        if numbers.get("sheen", 0) == 0 or plastic == 0:
+            return {}
+        self.notices.node(node, "its sheen is that of glTF, which has nearly the same albedo at each angle")
+        amount, tint = numbers["sheen"] * SHEEN_COLOR * plastic / covered, numbers["sheen_tint"]
+        if tint == 0:
+            return {"sheen_color": {"rgb": [amount] * 3}, "sheen_roughness": SHEEN_ROUGHNESS}
+        tinted = self.reader.combine(lambda c: amount * (1 - tint + tint * hue(c)), [color], node)
+        return {"sheen_color": self.color(tinted, node), "sheen_roughness": SHEEN_ROUGHNESS}
 
     def old_gloss(self, numbers):
         """The `ior` and `specular` for a shader of Blender before 4.0, whose specular part has its own index of refraction."""
@@ -300,6 +338,8 @@ class MaterialMaker:
                 factor = self.lambert_factor(own, p)
                 own = Value(own.rgb * factor, own.image, own.colors)
             color = self.reader.combine(lambda a, b, share=share: a + share * b, [color, own], closure.node)
+            for name in [name for name in ("anisotropy", "sheen") if p.get(name)]:
+                self.notices.node(closure.node, f"its {name} is left out of the mixture")
         scale = min(total, 1.0)
         self.principled(parts[0][0].node, Value(color.rgb * scale, color.image, color.colors), mean)
 
@@ -334,6 +374,12 @@ class MaterialMaker:
             return {name: number, map_name: mapped}
         self.document[f"{name}_map"] = mapped
         return {name: number}
+
+
+def hue(rgb):
+    """Colours scaled to luminance 1. White for black."""
+    gray = luminance(rgb)
+    return np.where(gray > 0, rgb / np.where(gray > 0, gray, 1), 1)
 
 
 def fitting_ior(ior):

@@ -5,6 +5,9 @@ import numpy as np
 
 from mathutils import Vector
 
+from .anisotropy import around
+from .images import Placement
+
 
 def read(mesh, name, shape):
     """A property of all elements, as an array."""
@@ -48,10 +51,14 @@ class MeshFiles:
         has_coordinates = np.zeros(len(materials), dtype=bool)
         for slot in np.unique(slots):
             own = corners[slots == slot].reshape(-1)
-            placement = materials[slot].placement
+            placement, direction = materials[slot].placement, materials[slot].direction
+            if direction is not None and direction.kind == "UV":
+                placement = Placement("UV", direction.name, tuple(np.eye(4).reshape(-1)))
             if placement is not None:
-                has_coordinates[slot] = True
                 coordinates[own] = self.coordinates(mesh, placement, positions, vertices)[own]
+            elif direction is not None:
+                coordinates[own] = directed_coordinates(mesh, direction.name, positions, vertices)[own]
+            has_coordinates[slot] = placement is not None or direction is not None
             if materials[slot].colors is not None:
                 colors[own] = self.colors(mesh, materials[slot].colors, vertices)[own]
         text = Text()
@@ -96,11 +103,7 @@ class MeshFiles:
                 return np.zeros((len(vertices), 2))
             source = np.hstack([read(layer.data, "uv", (2,)), np.zeros((len(vertices), 1))])
         elif placement.kind == "GENERATED":
-            low, high = positions.min(axis=0), positions.max(axis=0)
-            if not mesh.use_auto_texspace:
-                middle, half = np.array(mesh.texspace_location), np.array(mesh.texspace_size)
-                low, high = middle - half, middle + half
-            source = ((positions - low) / np.where(high > low, high - low, 1))[vertices]
+            source = generated(mesh, positions, positions)[vertices]
         else:
             source = positions[vertices]
         matrix = placement.affine()
@@ -118,6 +121,29 @@ class MeshFiles:
         linear = np.clip(linear, 0, 1)
         encoded = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
         return encoded if attribute.domain == "CORNER" else encoded[vertices]
+
+
+def generated(mesh, positions, points):
+    """Generated coordinates of points: in the box of the mesh, from 0 to 1."""
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    if not mesh.use_auto_texspace:
+        middle, half = np.array(mesh.texspace_location), np.array(mesh.texspace_size)
+        low, high = middle - half, middle + half
+    return (points - low) / np.where(high > low, high - low, 1)
+
+
+def directed_coordinates(mesh, axis, positions, vertices):
+    """Texture coordinates of each corner that map each polygon without distortion. u goes around the axis."""
+    centers, normals = (read(mesh.polygons, name, (3,)) for name in ("center", "normal"))
+    along = around(axis, generated(mesh, positions, centers))
+    along -= normals * (normals * along).sum(axis=1, keepdims=True)
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along /= np.where(length > 0, length, 1)
+    triangles = mesh.loop_triangles
+    polygon = np.zeros(len(vertices), dtype=int)
+    polygon[read(triangles, "loops", (3,))] = read(triangles, "polygon_index", ())[:, None]
+    offset = positions[vertices] - centers[polygon]
+    return np.stack([(offset * axes[polygon]).sum(axis=1) for axes in (along, np.cross(normals, along))], axis=-1)
 
 
 class Text:

@@ -9,11 +9,15 @@ from functools import lru_cache
 import bpy
 import numpy as np
 
+from . import anisotropy
 from .closures import Closure
 from .values import Value, constant
 
 OLD = bpy.app.version < (4, 0, 0)
 OLD_COAT = 0.25  # factor of the clearcoat's weight
+# The sheen of Lightmill whose albedo is within 0.007 of that of Burley's sheen, (1 − cos)⁵, at all angles.
+SHEEN_ROUGHNESS = 0.4
+SHEEN_COLOR = 0.11
 
 
 def read(self, inside, weight):
@@ -25,7 +29,7 @@ def read(self, inside, weight):
 
     def number(*names):
         return min(max(reader.number(inside.input(*names), node), 0.0), 1.0)
-    self.without(inside, "Anisotropic", "Sheen", "Sheen Weight", "Thin Film Thickness", "Diffuse Roughness")
+    self.without(inside, "Sheen Weight", "Thin Film Thickness", "Diffuse Roughness")
     if OLD:
         self.without(inside, "Specular Tint")
     base = subsurface(self, inside, reader.color(inside.input("Base Color")))
@@ -34,7 +38,11 @@ def read(self, inside, weight):
                "specular": number("Specular IOR Level", "Specular"), "ior": reader.number(inside.input("IOR"), node),
                "coat": number("Coat Weight", "Clearcoat") * (OLD_COAT if OLD else 1),
                "coat_roughness": number("Coat Roughness", "Clearcoat Roughness"),
-               "multiple": node.distribution == "MULTI_GGX"}
+               "multiple": node.distribution == "MULTI_GGX", **sheen(reader, inside)}
+    if numbers["transmission"] > 0:
+        self.without(inside, "Anisotropic")
+    else:
+        numbers["anisotropy"] = anisotropy.of_principled(reader, inside)
     details(self, inside, numbers)
     alpha = scalar("Alpha")
     solid = reader.multiply(weight, alpha, node)
@@ -59,6 +67,14 @@ def details(self, inside, numbers):
             self.without(inside, "Coat Tint")
     if numbers["transmission"] > 0 and OLD and not numbers["multiple"]:
         self.without(inside, "Transmission Roughness")
+
+
+def sheen(reader, inside):
+    """Amount and tint of the sheen of Blender before 4.0."""
+    if not OLD:
+        return {}
+    amount, tint = (min(max(reader.number(inside.input(name), inside.node), 0.0), 1.0) for name in ("Sheen", "Sheen Tint"))
+    return {"sheen": amount, "sheen_tint": tint} if amount > 0 else {}
 
 
 def subsurface(self, inside, base):

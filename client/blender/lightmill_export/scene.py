@@ -79,7 +79,7 @@ class SceneExport:
             return
         key = (item.data.as_pointer(), tuple(id(made) for made in materials))
         if key not in self.shared:
-            if item.modifiers and any(made.placement is not None and made.placement.kind == "GENERATED" for made in materials):
+            if item.modifiers and any(made.uses_generated() for made in materials):
                 self.notices.here("its generated coordinates are those of the mesh after its modifiers, unlike in Blender")
             mesh = item.to_mesh()
             self.shared[key] = self.mesh_files.write(mesh, materials) if mesh is not None else None

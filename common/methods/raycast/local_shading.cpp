@@ -11,8 +11,13 @@ LitVertex8 LocalShading::vertex(const Arrival8& arrival, const Surface8& surface
   LitVertex8 out{ShadingFrame8(surface), arrival.rays.direction, surface,
                  arrival.hits.geometry,  arrival.media,          arrival.crossing};
   if (flat_) {
-    out.surface.shading_normal = surface.geometric_normal;
-    static_cast<ShadingFrame8&>(out) = ShadingFrame8(out.facing);
+    const V8& n = surface.geometric_normal;
+    out.surface.shading_normal = n;
+    out.surface.mapped = M8();
+    if (surface.directed.any()) {
+      out.surface.tangent = normalize(surface.tangent - n * dot(n, surface.tangent));
+    }
+    static_cast<ShadingFrame8&>(out) = ShadingFrame8(out.surface);
   }
   return out;
 }

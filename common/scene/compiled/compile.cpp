@@ -121,8 +121,8 @@ class SceneCompiler {
       }
       scene.add(bounds.low);
       scene.add(bounds.high);
-      if (has_mapped_normals(scene_.materials[scene_.objects[i].material])) {
-        mapped_meshes_.insert(meshes_.of_object[i]);
+      if (tangent_use(scene_.objects[i].material).any()) {
+        meshes_with_tangents_.insert(meshes_.of_object[i]);
       }
     }
     frame_ = WorldFrame(scene);
@@ -226,6 +226,10 @@ class SceneCompiler {
     return varies ? std::nullopt : uniform_opacity(opacity);
   }
 
+  TangentUse tangent_use(std::uint32_t material) const {
+    return {has_mapped_normals(scene_.materials[material]), is_anisotropic(scene_.materials[material])};
+  }
+
   void compile_sphere(std::size_t i, const SphereShape& sphere, const Affine& map) {
     const Object& object = scene_.objects[i];
     const Vec3 center(frame_.to_frame(map(to_vec(sphere.center))));
@@ -239,7 +243,7 @@ class SceneCompiler {
     const Vec3 point(frame_.to_frame(map(to_vec(plane.point))));
     const Vec3d normal = glm::normalize(near_one(map.normal_matrix() * near_one(to_vec(plane.normal))));
     out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()), !scene_.textures.empty(),
-                              has_mapped_normals(scene_.materials[object.material]));
+                              tangent_use(object.material));
     out_->accel_->add_plane(point, Vec3(normal));
     light_builder_.add_other();
   }
@@ -258,8 +262,9 @@ class SceneCompiler {
     const std::uint32_t material = scene_.objects[i].material;
     const std::vector<std::array<float, 3>> positions = frame_positions(mesh);
     out_->accel_->add_mesh(positions, mesh.triangles);
-    out_->geometry_.add_mesh(material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty(),
-                                                                has_mapped_normals(scene_.materials[material])));
+    const TangentUse use = tangent_use(material);
+    out_->geometry_.add_mesh(material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty(), use.any()),
+                             use);
     light_builder_.add_mesh(material, positions, mesh, is_sampled(i));
   }
 
@@ -288,7 +293,7 @@ class SceneCompiler {
       }
       p.number = out_->accel_->add_prototype(positions, mesh.triangles);
       p.rows = out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty(),
-                                        mapped_meshes_.contains(meshes_.of_object[i]));
+                                        meshes_with_tangents_.contains(meshes_.of_object[i]));
     }
     return p;
   }
@@ -309,9 +314,9 @@ class SceneCompiler {
     }
     out_->accel_->add_instance(p.number, rows);
     const std::uint32_t material = scene_.objects[i].material;
-    out_->geometry_.add_instance(material,
-                                 has_mapped_normals(scene_.materials[material]) ? p.rows : p.rows.without_tangents(),
-                                 glm::mat3(linear), glm::mat3(normal));
+    const TangentUse use = tangent_use(material);
+    out_->geometry_.add_instance(material, use.any() ? p.rows : p.rows.without_tangents(), use, glm::mat3(linear),
+                                 glm::mat3(normal));
     light_builder_.add_other();
   }
 
@@ -323,6 +328,7 @@ class SceneCompiler {
     out_->environment_group_ = tables.environment_group;
     out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance, out_->geometry_.has_colors());
     out_->normal_maps_ = NormalMaps(scene_, frame_.scale());
+    out_->anisotropy_directions_ = AnisotropyDirections(scene_);
     out_->features_.environment = out_->lights_.environment.exists();
     out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);
     if (out_->features_.holdouts) {
@@ -339,9 +345,9 @@ class SceneCompiler {
   const Scene& scene_;
   std::unique_ptr<CompiledScene> out_;
   ObjectMeshes meshes_;
-  std::vector<Bounds> bounds_;                           ///< one an object, in scene units
-  std::vector<Affine> maps_;                             ///< one an object
-  std::set<std::shared_ptr<const Mesh>> mapped_meshes_;  ///< of materials with normal maps or bump maps
+  std::vector<Bounds> bounds_;                                  ///< one an object, in scene units
+  std::vector<Affine> maps_;                                    ///< one an object
+  std::set<std::shared_ptr<const Mesh>> meshes_with_tangents_;  ///< of materials that use them
   std::map<const Mesh*, Bounds> boxes_;
   std::map<const Mesh*, Prototype> prototypes_;
   WorldFrame frame_;

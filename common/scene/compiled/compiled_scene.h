@@ -16,6 +16,7 @@
 #include "common/sampling/filter_table.h"
 #include "common/scene/accel/accel.h"
 #include "common/scene/casters.h"
+#include "common/scene/compiled/anisotropy_directions.h"
 #include "common/scene/compiled/emitter_table.h"
 #include "common/scene/compiled/geometry_table.h"
 #include "common/scene/compiled/material_table.h"
@@ -122,6 +123,9 @@ class CompiledScene {
     if (out.mapped.any()) {
       normal_maps_.apply(geometry_, materials_.textures(), hits, out);
     }
+    if (out.directed.any()) {
+      anisotropy_directions_.find(geometry_, hits, out);
+    }
     return out;
   }
 
@@ -150,6 +154,7 @@ class CompiledScene {
   GeometryTable geometry_;
   MaterialTable materials_;
   NormalMaps normal_maps_;
+  AnisotropyDirections anisotropy_directions_;
   MediumTable media_;
   Media8 camera_media_;
   LightTable lights_;

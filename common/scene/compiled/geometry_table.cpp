@@ -28,8 +28,8 @@ void append(std::vector<float>& array, const glm::mat3& m) {
 
 // ---- building ----
 
-void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& mesh, const Vec3& center, float radius,
-                         bool inward, const glm::mat3& linear, const glm::mat3& normal) {
+void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& mesh, TangentUse use, const Vec3& center,
+                         float radius, bool inward, const glm::mat3& linear, const glm::mat3& normal) {
   shape_.push_back(shape);
   material_.push_back(material);
   inward_.push_back(inward ? 1 : 0);
@@ -40,7 +40,12 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   first_color_.push_back(mesh.colors);
   first_derivative_.push_back(mesh.derivatives);
   first_tangent_.push_back(mesh.tangents);
-  has_mapped_normals_ |= mesh.derivatives != kNone;
+  const bool mapped = use.normals && mesh.derivatives != kNone && (shape == kPlane || mesh.coordinates != kNone);
+  const bool directed = use.anisotropy && mesh.derivatives != kNone;
+  mapped_.push_back(mapped ? 1 : 0);
+  directed_.push_back(directed ? 1 : 0);
+  has_mapped_normals_ |= mapped;
+  has_directions_ |= directed;
   center_.push_back(center);
   radius_.push_back(radius);
   append(linear_, linear);
@@ -52,34 +57,34 @@ void GeometryTable::add_extent(const Vec3& extent) {
 }
 
 void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward) {
-  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone}, center,
+  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone}, {}, center,
        radius, normal_inward);
   has_spheres_ = true;
   add_extent(Vec3(0));  // a sphere's only primitive
 }
 
 void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured,
-                              bool mapped) {
+                              TangentUse use) {
   push(kPlane, material,
-       {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone, mapped ? 0 : kNone}, point,
-       coordinate_scale);
+       {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone, use.any() ? 0 : kNone}, use,
+       point, coordinate_scale);
   has_planes_ = true;
   has_coordinates_ |= textured;
   add_extent(Vec3(0));
 }
 
-void GeometryTable::add_mesh(std::uint32_t material, const MeshRows& mesh) {
-  push(kMesh, material, mesh);
+void GeometryTable::add_mesh(std::uint32_t material, const MeshRows& mesh, TangentUse use) {
+  push(kMesh, material, mesh, use);
 }
 
-void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear,
+void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, TangentUse use, const glm::mat3& linear,
                                  const glm::mat3& normal) {
-  push(kInstance, material, mesh, Vec3(0), 0, false, linear, normal);
+  push(kInstance, material, mesh, use, Vec3(0), 0, false, linear, normal);
   has_instances_ = true;
 }
 
 GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
-                                                bool textured, bool mapped) {
+                                                bool textured, bool tangents) {
   MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 4),
                 static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone, kNone};
   for (const auto& t : mesh.triangles) {
@@ -88,7 +93,8 @@ GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vec
                glm::min(glm::min(corner(0), corner(1)), corner(2)));
   }
   const bool coordinates = textured && !mesh.texture_coordinates.empty();
-  if (mesh.normals.empty() && !coordinates && mesh.colors.empty()) {
+  const bool derivatives = tangents && !(mesh.texture_coordinates.empty() && mesh.tangents.empty());
+  if (mesh.normals.empty() && !coordinates && !derivatives && mesh.colors.empty()) {
     return rows;
   }
   for (const auto& t : mesh.triangles) {
@@ -115,7 +121,7 @@ GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vec
       vertex_colors_.insert(vertex_colors_.end(), c.begin(), c.end());
     }
   }
-  if (coordinates && mapped) {
+  if (derivatives) {
     rows.derivatives = static_cast<std::uint32_t>(derivatives_.size() / 8);
     add_derivatives(mesh, positions);
     if (!mesh.tangents.empty()) {
@@ -130,6 +136,10 @@ GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vec
 
 /// Triangles whose texture coordinates span no area have none.
 void GeometryTable::add_derivatives(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions) {
+  if (mesh.texture_coordinates.empty()) {
+    derivatives_.resize(derivatives_.size() + 8 * mesh.triangles.size());
+    return;
+  }
   for (const auto& t : mesh.triangles) {
     const auto point = [&](std::size_t i) { return Vec3d(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
     const auto to = [&](std::size_t i, std::size_t axis) {
@@ -187,7 +197,10 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   s.offset = surface_offset(s.geometric_normal, magnitude);
   s.shading_normal = s.geometric_normal;
   if (has_mapped_normals_) {
-    s.mapped = and_not(lanes, first_derivative_.at(hits.geometry, lanes) == U8(kNone));
+    s.mapped = lanes & (mapped_.at(hits.geometry, lanes) == U8(1u));
+  }
+  if (has_directions_) {
+    s.directed = lanes & (directed_.at(hits.geometry, lanes) == U8(1u));
   }
   if (has_normals_) {
     interpolate_normals(rays, hits, instances, s);

@@ -25,11 +25,20 @@ struct Surface8 {
   V8 color;             ///< of the mesh's vertices, in scenes with such meshes (has_colors)
   F8 alpha;             ///< the same
   M8 mapped;            ///< a normal map or bump map gives the shading normal, whatever the ray's direction
+  V8 tangent;           ///< of directed surfaces: the direction of the anisotropy; unit, on the shading normal's plane
+  M8 directed;          ///< the anisotropy has a direction (anisotropy_directions.h)
 };
 
 /// The derivatives of the surface's point by its texture coordinates at eight hits. 0 if there are none.
 struct Tangents8 {
   V8 u, v;
+};
+
+/// Uses that a material has for the tangents of its surfaces.
+struct TangentUse {
+  bool normals = false;     ///< for a normal map or bump map
+  bool anisotropy = false;  ///< for the direction
+  bool any() const { return normals || anisotropy; }
 };
 
 /// One row per geometry, in the order of Accel's indices. Built by its adds, then immutable.
@@ -44,7 +53,7 @@ class GeometryTable {
     std::uint32_t normals = 0;      ///< first vertex in vertex_normals_, or kNone
     std::uint32_t coordinates = 0;  ///< first vertex in texture_coordinates_, or kNone
     std::uint32_t colors = 0;       ///< first vertex in vertex_colors_, or kNone
-    // For materials with normal maps or bump maps:
+    // For materials that use tangents:
     std::uint32_t derivatives = kNone;  ///< first triangle in derivatives_, or kNone
     std::uint32_t tangents = kNone;     ///< first vertex in vertex_tangents_, or kNone
 
@@ -53,15 +62,16 @@ class GeometryTable {
 
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward);
   /// Texture coordinates are distances along the tangents times `coordinate_scale`. They are not needed without
-  /// `textured`. `mapped`: the material has a normal map or bump map.
-  void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured, bool mapped);
-  void add_mesh(std::uint32_t material, const MeshRows& mesh);
+  /// `textured`.
+  void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured, TangentUse use);
+  void add_mesh(std::uint32_t material, const MeshRows& mesh, TangentUse use);
   /// A mesh under an affine map: `linear` maps differences of its coordinates to the frame, `normal` its normals.
-  void add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear, const glm::mat3& normal);
+  void add_instance(std::uint32_t material, const MeshRows& mesh, TangentUse use, const glm::mat3& linear,
+                    const glm::mat3& normal);
 
   /// Adds the rows for meshes and their instances. `positions` are the mesh's, in the coordinates in which rays are
-  /// traced. `mapped`: some material of the mesh has a normal map or bump map.
-  MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured, bool mapped);
+  /// traced. `tangents`: some material of the mesh uses them.
+  MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured, bool tangents);
 
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
@@ -80,8 +90,9 @@ class GeometryTable {
 
   M8 is_shape(Shape shape, U8 geometry, M8 lanes) const { return lanes & (shape_.at(geometry, lanes) == U8(shape)); }
   void add_extent(const Vec3& extent);
-  void push(Shape shape, std::uint32_t material, const MeshRows& mesh, const Vec3& center = Vec3(0), float radius = 0,
-            bool inward = false, const glm::mat3& linear = glm::mat3(1), const glm::mat3& normal = glm::mat3(1));
+  void push(Shape shape, std::uint32_t material, const MeshRows& mesh, TangentUse use = {},
+            const Vec3& center = Vec3(0), float radius = 0, bool inward = false, const glm::mat3& linear = glm::mat3(1),
+            const glm::mat3& normal = glm::mat3(1));
   void put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& s, V8& magnitude) const;
   void put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const;
   void interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const;
@@ -98,6 +109,7 @@ class GeometryTable {
   bool has_coordinates_ = false;
   bool has_colors_ = false;
   bool has_mapped_normals_ = false;
+  bool has_directions_ = false;
 
   // One entry per geometry.
   Column<std::uint32_t> shape_;
@@ -105,6 +117,7 @@ class GeometryTable {
   Column<std::uint32_t> inward_;  ///< spheres with a normal towards the centre
   Column<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_, first_color_;  ///< MeshRows
   Column<std::uint32_t> first_derivative_, first_tangent_;  ///< MeshRows; planes: 0 or kNone
+  Column<std::uint32_t> mapped_, directed_;                 ///< 0 or 1: TangentUse, where there are derivatives
   VectorColumn center_;                                     ///< of a sphere; a plane's point
   Column<float> radius_;                                    ///< of a sphere; a plane's coordinate scale
   std::vector<float> linear_, normal_matrix_;               ///< of instances, 9 each, by columns

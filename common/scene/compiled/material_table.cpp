@@ -69,13 +69,14 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
   struct Entry {
     MaterialKind kind;
     bool tinted;  ///< colours of vertices multiply the reflectance
-    TexturedColor reflectance, specular = {};
+    TexturedColor reflectance, specular = {}, sheen = {};
   };
   const auto smooth = [&](double roughness) {
-    return alpha_of(roughness) < ggx::kSmoothAlpha && material.roughness_map.texture == kNoTexture;
+    return alpha_of(roughness) < ggx::kSmoothAlpha && material.roughness_map.texture == kNoTexture &&
+           !is_anisotropic(material);
   };
   const auto push = [](Column<float>& column, double value) { column.push_back(static_cast<float>(value)); };
-  const auto [kind, tinted, reflectance, specular] = std::visit(
+  const auto [kind, tinted, reflectance, specular, sheen] = std::visit(
       Overloaded{[](const DiffuseMaterial& m) -> Entry {
                    return {MaterialKind::diffuse, true, m.reflectance};
                  },
@@ -111,7 +112,9 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
                    push(principled_.coat_roughness, m.coat_roughness);
                    principled_.burley.push_back(m.burley_diffuse ? 1 : 0);
                    has_burley_ |= m.burley_diffuse;
-                   return {MaterialKind::principled, true, m.base_color};
+                   push(principled_.sheen_roughness, m.sheen_roughness);
+                   has_sheen_ |= !is_black(m.sheen_color);
+                   return {MaterialKind::principled, true, m.base_color, {}, m.sheen_color};
                  }},
       material.kind);
   kind_.push_back(static_cast<std::uint32_t>(kind));
@@ -121,6 +124,9 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
   reflectance_.add(reflectance);
   specular_.add(specular);
   has_specular_ = has_specular_ || !is_black(specular);
+  sheen_.add(sheen);
+  push(anisotropy_, is_anisotropic(material) ? anisotropy_of(material)->strength : 0);
+  has_anisotropy_ |= is_anisotropic(material);
   single_scattering_.push_back(material.single_scattering ? 1 : 0);
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);

@@ -68,8 +68,10 @@ class MaterialTable {
   }
   Conductor8 conductor(const Surface8& surface, M8 lanes) const {
     const U8 row = row_of(surface, lanes);
+    const F8 alpha = mapped_alpha(conductor_.alpha.at(row, lanes), surface, lanes);
     return {conductor_.eta.at(row, lanes), conductor_.k.at(row, lanes),
-            mapped_alpha(conductor_.alpha.at(row, lanes), surface, lanes),
+            has_anisotropy_ ? ggx::Facets8(alpha, anisotropy_.at(surface.material, lanes), surface.directed)
+                            : ggx::Facets8(alpha),
             masked(compensated(surface, lanes), conductor_.mean_fresnel.at(row, lanes))};
   }
   Phong8 phong(const Surface8& surface, M8 lanes) const {
@@ -85,16 +87,23 @@ class MaterialTable {
     if (roughness_map_.mapped) {
       roughness = roughness * map_at(roughness_map_, surface, lanes);
     }
-    return {reflectance(surface, lanes),
-            metallic,
-            roughness,
-            principled_.specular.at(row, lanes),
-            principled_.transmission.at(row, lanes),
-            ior(surface, lanes),
-            principled_.coat.at(row, lanes),
-            principled_.coat_roughness.at(row, lanes),
-            compensated(surface, lanes),
-            has_burley_ ? lanes & (principled_.burley.at(row, lanes) == U8(1u)) : M8()};
+    PrincipledParameters8 out{reflectance(surface, lanes),
+                              metallic,
+                              roughness,
+                              principled_.specular.at(row, lanes),
+                              principled_.transmission.at(row, lanes),
+                              ior(surface, lanes),
+                              principled_.coat.at(row, lanes),
+                              principled_.coat_roughness.at(row, lanes),
+                              compensated(surface, lanes),
+                              has_burley_ ? lanes & (principled_.burley.at(row, lanes) == U8(1u)) : M8()};
+    if (has_anisotropy_) {
+      out.anisotropy = {anisotropy_.at(surface.material, lanes), surface.directed};
+    }
+    if (has_sheen_) {
+      out.sheen = {masked(lanes, at(sheen_, surface, lanes)), principled_.sheen_roughness.at(row, lanes)};
+    }
+    return out;
   }
   /// Emitted radiance at this positive cosine to the normal.
   V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
@@ -169,12 +178,12 @@ class MaterialTable {
   Column<std::uint32_t> caster_;  ///< 0 or 1
   Column<std::uint32_t> tinted_;  ///< 1: the kind has a reflectance, which colours of vertices multiply
   Column<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
-  ColorColumn reflectance_, specular_, emission_;
+  ColorColumn reflectance_, specular_, emission_, sheen_;
   MapColumn roughness_map_, metallic_map_;
   OpacityColumn opacity_;
   bool has_specular_ = false;
   bool vertex_colors_ = false;
-  Column<float> ior_, emission_exponent_;
+  Column<float> ior_, emission_exponent_, anisotropy_;
   Column<std::uint32_t> light_group_;
   Column<std::uint32_t> single_scattering_;  ///< 0 or 1
   bool has_emission_profiles_ = false;       ///< an exponent is not 0
@@ -190,10 +199,10 @@ class MaterialTable {
     Column<float> exponent;
   } phong_;
   struct {
-    Column<float> metallic, roughness, specular, transmission, coat, coat_roughness;
+    Column<float> metallic, roughness, specular, transmission, coat, coat_roughness, sheen_roughness;
     Column<std::uint32_t> burley;  ///< 0 or 1
   } principled_;
-  bool has_burley_ = false;
+  bool has_burley_ = false, has_anisotropy_ = false, has_sheen_ = false;
 };
 
 }  // namespace lightmill

@@ -17,7 +17,7 @@ constexpr std::uint64_t kOfNormal = 24;             ///< as tables grow
 constexpr std::uint64_t kOfCoordinate = 16;         ///< the same
 constexpr std::uint64_t kOfColor = 32;              ///< the same
 constexpr std::uint64_t kOfTangent = 32;            ///< the same
-constexpr std::uint64_t kOfMappedTriangle = 64;     ///< the same, of materials with normal maps or bump maps
+constexpr std::uint64_t kOfDerivatives = 64;        ///< the same, per triangle of materials that use tangents
 constexpr std::uint64_t kOfEmissiveTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
 constexpr std::uint64_t kOfLight = 1000;      ///< in the document, in the table and in its hierarchy
@@ -50,13 +50,13 @@ MeshHeader header_of(ByteView bytes) {
 }
 
 /// The memory of an object with such a mesh, without the decoded mesh.
-std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool emits, bool mapped) {
+std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool emits, bool uses_tangents) {
   std::uint64_t bytes = mesh.triangles * kOfTriangle + mesh.positions * kOfPosition;
   bytes += mesh.normals ? mesh.positions * kOfNormal : 0;
   bytes += mesh.coordinates ? mesh.positions * kOfCoordinate : 0;
   bytes += mesh.colors ? mesh.positions * kOfColor : 0;
-  bytes += mapped && mesh.coordinates ? mesh.triangles * kOfMappedTriangle : 0;
-  bytes += mapped && mesh.tangents ? mesh.positions * kOfTangent : 0;
+  bytes += uses_tangents && (mesh.coordinates || mesh.tangents) ? mesh.triangles * kOfDerivatives : 0;
+  bytes += uses_tangents && mesh.tangents ? mesh.positions * kOfTangent : 0;
   bytes += emits ? mesh.triangles * kOfEmissiveTriangle : 0;
   bytes += moved ? mesh.file_bytes : 0;  // a copy in the scene's coordinates
   return bytes;
@@ -133,8 +133,9 @@ class Estimator {
       const bool emits = emission.r > 0 || emission.g > 0 || emission.b > 0;
       const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !emits;
       if (!instanced || held.insert(mesh->asset).second) {
-        const bool mapped = has_mapped_normals(scene_.materials[object.material]);
-        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, emits, mapped), name);
+        const Material& material = scene_.materials[object.material];
+        const bool uses_tangents = has_mapped_normals(material) || is_anisotropic(material);
+        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, emits, uses_tangents), name);
         sum_.add_triangles(header.triangles);
       }
     }

@@ -1,6 +1,7 @@
 #include "common/scene/document/material.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/overloaded.h"
 
@@ -13,7 +14,9 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                         [&](const PhongMaterial& m) {
                           out.insert(out.end(), {&m.diffuse, &m.specular});
                         },
-                        [&](const PrincipledMaterial& m) { out.push_back(&m.base_color); },
+                        [&](const PrincipledMaterial& m) {
+                          out.insert(out.end(), {&m.base_color, &m.sheen_color});
+                        },
                         [](const OneOf<DielectricMaterial, ConductorMaterial, HoldoutMaterial> auto&) {}},
              material.kind);
   return out;
@@ -50,6 +53,23 @@ double ior_of(const Material& material) {
             return 1.0;
           }},
       material.kind);
+}
+
+const Anisotropy* anisotropy_of(const Material& material) {
+  using None = const Anisotropy*;
+  return std::visit(
+      Overloaded{
+          [](const OneOf<ConductorMaterial, PrincipledMaterial> auto& m) { return &m.anisotropy; },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial> auto&) {
+            return None(nullptr);
+          }},
+      material.kind);
+}
+
+double mean_roughness(double roughness, const Anisotropy& anisotropy) {
+  const double alpha = roughness * roughness;
+  const double along = alpha + (1 - alpha) * anisotropy.strength * anisotropy.strength;
+  return anisotropy.strength > 0 ? std::pow(std::max(alpha, kLeastAnisotropicAlpha) * along, 0.25) : roughness;
 }
 
 RgbColor absorption_of_color(const RgbColor& color) {

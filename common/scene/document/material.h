@@ -18,7 +18,8 @@ inline constexpr double kMaxPhongExponent = 1e6;   ///< single precision has no 
 inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
 inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 
-inline constexpr double kMaxRotationDegrees = 1e4;  ///< of texture coordinates
+inline constexpr double kLeastAnisotropicAlpha = 1e-4;  ///< GGX's alpha across the direction is at least this
+inline constexpr double kMaxRotationDegrees = 1e4;      ///< of texture coordinates
 
 /// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
@@ -106,10 +107,20 @@ struct PhongMaterial {
   TexturedColor specular;  ///< albedo at normal incidence; diffuse + specular <= 1 in each channel
   double exponent = 10;    ///< in [0, 1e6]
 };
+/// Metal or gloss that is rougher along one direction, as brushed metal is. The direction is that of u on the surface,
+/// rotated. Across it, GGX's alpha is roughness². Along it, it is alpha + (1 − alpha) strength², as in
+/// KHR_materials_anisotropy.
+struct Anisotropy {
+  double strength = 0;          ///< in [0, 1]
+  double rotation_degrees = 0;  ///< counter-clockwise: from u towards v
+  friend bool operator==(const Anisotropy&, const Anisotropy&) = default;
+};
+
 /// A metal, given by its complex index of refraction.
 struct ConductorMaterial {
   RgbColor eta{0, 0, 0}, k{1, 1, 1};  ///< n and k per channel, each in [0, 1000], not both 0
   double roughness = 0;               ///< √alpha of GGX, in [0, 1]; 0 is smooth
+  Anisotropy anisotropy = {};
 };
 /// The layers are in common/materials/principled.h.
 struct PrincipledMaterial {
@@ -118,6 +129,9 @@ struct PrincipledMaterial {
   double ior = 1.5;                                                        ///< in (0, 10]
   double coat = 0, coat_roughness = 0.03;                                  ///< each in [0, 1]
   bool burley_diffuse = false;
+  Anisotropy anisotropy = {};      ///< of metal and gloss
+  TexturedColor sheen_color = {};  ///< each in [0, 1]; black: no sheen
+  double sheen_roughness = 0.5;    ///< in [0, 1]
 };
 
 /// A surface that shows the environment behind it, darkened by the scene's shadows.
@@ -161,6 +175,17 @@ struct Material {
 inline bool has_mapped_normals(const Material& material) {
   return material.normal_map.texture != kNoTexture || material.bump_map.map.texture != kNoTexture;
 }
+
+/// Null for kinds without one.
+const Anisotropy* anisotropy_of(const Material& material);
+/// Whether the facets depend on the direction of u.
+inline bool is_anisotropic(const Material& material) {
+  const Anisotropy* anisotropy = anisotropy_of(material);
+  return anisotropy != nullptr && anisotropy->strength > 0;
+}
+/// Roughness (√alpha) of the isotropic surface whose distribution of facets has the same peak: alpha is the geometric
+/// mean of those along both directions.
+double mean_roughness(double roughness, const Anisotropy& anisotropy);
 
 /// The material's colours that may have a texture: those of its kind, and its emission.
 std::vector<const TexturedColor*> colors_of(const Material& material);

@@ -27,6 +27,12 @@ Status check_phong(const std::string& path, const PhongMaterial& phong) {
   return check_range(path + ".exponent", phong.exponent, 0, kMaxPhongExponent);
 }
 
+Status check_anisotropy(const std::string& path, const Anisotropy& anisotropy) {
+  LM_RETURN_IF_ERROR(check_range(path + ".anisotropy", anisotropy.strength, 0, 1));
+  return check_range(path + ".anisotropy_rotation_degrees", anisotropy.rotation_degrees, -kMaxRotationDegrees,
+                     kMaxRotationDegrees);
+}
+
 Status check_conductor(const std::string& path, const ConductorMaterial& metal) {
   LM_RETURN_IF_ERROR(check_components(path + ".eta", metal.eta, kMaxComplexIndex));
   LM_RETURN_IF_ERROR(check_components(path + ".k", metal.k, kMaxComplexIndex));
@@ -35,6 +41,7 @@ Status check_conductor(const std::string& path, const ConductorMaterial& metal) 
       return invalid_argument("{}: eta and k may not both be 0 in a channel", path);
     }
   }
+  LM_RETURN_IF_ERROR(check_anisotropy(path, metal.anisotropy));
   return check_range(path + ".roughness", metal.roughness, 0, 1);
 }
 
@@ -45,9 +52,12 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
                                      {".specular", m.specular},
                                      {".transmission", m.transmission},
                                      {".coat", m.coat},
-                                     {".coat_roughness", m.coat_roughness}}) {
+                                     {".coat_roughness", m.coat_roughness},
+                                     {".sheen_roughness", m.sheen_roughness}}) {
     LM_RETURN_IF_ERROR(check_range(path + field, value, 0, 1));
   }
+  LM_RETURN_IF_ERROR(check_reflectance(path + ".sheen_color", m.sheen_color.rgb));
+  LM_RETURN_IF_ERROR(check_anisotropy(path, m.anisotropy));
   return check_ior(path + ".ior", m.ior);
 }
 

@@ -12,10 +12,12 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 14> kKnownExtensions{"KHR_lights_punctual",
+constexpr std::array<std::string_view, 16> kKnownExtensions{"KHR_lights_punctual",
+                                                            "KHR_materials_anisotropy",
                                                             "KHR_materials_clearcoat",
                                                             "KHR_materials_emissive_strength",
                                                             "KHR_materials_ior",
+                                                            "KHR_materials_sheen",
                                                             "KHR_materials_specular",
                                                             "KHR_materials_transmission",
                                                             "KHR_materials_unlit",
@@ -194,10 +196,16 @@ class GltfScene {
     for (std::size_t i = 0; i < primitives.size() && data_.status().ok(); ++i) {
       const JsonNode primitive = primitives.at(i);
       const GltfMaterials::Used used = materials_.use(primitive["material"]);
+      const bool coordinates = used.anisotropic && primitive["attributes"]["TEXCOORD_0"].present();
+      const std::optional<std::uint64_t> texture_set =
+          coordinates && !used.texture_set ? std::optional<std::uint64_t>(0) : used.texture_set;
       std::optional<Mesh> triangles =
-          read_primitive(data_, primitive, pose, used.texture_set, used.tangents, deformed_, notices_);
+          read_primitive(data_, primitive, pose, texture_set, used.tangents, deformed_, notices_);
       if (!triangles) {
         continue;
+      }
+      if (used.anisotropic && triangles->tangents.empty() && triangles->texture_coordinates.empty()) {
+        notices_.once("anisotropic surfaces without tangents and texture coordinates have the mean roughness");
       }
       if (used.unlit && !triangles->colors.empty()) {
         notices_.left_out("vertex colours of unlit materials");

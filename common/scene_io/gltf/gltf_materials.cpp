@@ -50,7 +50,8 @@ GltfMaterials::Used GltfMaterials::use(const JsonNode& index) {
     texture_set_ = std::nullopt;
     Material material = map(from.tolerant());
     found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_,
-                     from["extensions"]["KHR_materials_unlit"].present(), material.normal_map.texture != kNoTexture};
+                     from["extensions"]["KHR_materials_unlit"].present(),
+                     material.normal_map.texture != kNoTexture || is_anisotropic(material), is_anisotropic(material)};
     loaded_.scene.materials.push_back(std::move(material));
   }
   return found->second;
@@ -147,8 +148,16 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   out.coat_roughness = coat["clearcoatRoughnessFactor"].number(0, 0, 1);
   out.transmission = extensions["KHR_materials_transmission"]["transmissionFactor"].number(0, 0, 1);
   set_gloss(extensions, out);
+  set_anisotropy(extensions["KHR_materials_anisotropy"], out);
+  set_sheen(extensions["KHR_materials_sheen"], out);
   if (out.transmission == 0 || (out.metallic == 1 && !base["metallicRoughnessTexture"].present())) {
     return out;  // no light gets in
+  }
+  if (out.anisotropy.strength > 0) {
+    notices_.left_out("anisotropy of glass");
+  }
+  if (!is_black(out.sheen_color)) {
+    notices_.left_out("sheen of glass");
   }
   const JsonNode volume = extensions["KHR_materials_volume"];
   const double thickness = volume["thicknessFactor"].number(0, 0, JsonNode::kAnything);
@@ -186,6 +195,30 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   const double root = std::min(std::sqrt(std::min(mean, 1.0)), (kMaxIor - 1) / (kMaxIor + 1));
   out.ior = std::min((1 + root) / (1 - root), kMaxIor);
   out.specular = root > 0 ? factor * std::min(mean, 1.0) / (2 * root * root) : 0;
+}
+
+void GltfMaterials::set_anisotropy(const JsonNode& from, PrincipledMaterial& out) {
+  out.anisotropy.strength = from["anisotropyStrength"].number(0, 0, 1);
+  out.anisotropy.rotation_degrees = from["anisotropyRotation"].number(0, -100, 100) * 180 / std::numbers::pi;
+  if (out.anisotropy.strength == 0) {
+    out.anisotropy = {};
+    return;
+  }
+  if (from["anisotropyTexture"].present()) {
+    notices_.left_out("textures of anisotropy: it is the same everywhere");
+  }
+}
+
+void GltfMaterials::set_sheen(const JsonNode& from, PrincipledMaterial& out) {
+  const RgbColor color = to_rgb(from["sheenColorFactor"].numbers<3>({0, 0, 0}, 0, 1));
+  if (is_black(color)) {
+    return;
+  }
+  out.sheen_color = {color, texture(from["sheenColorTexture"], TextureImage::ColorSpace::srgb)};
+  out.sheen_roughness = from["sheenRoughnessFactor"].number(0, 0, 1);
+  if (from["sheenRoughnessTexture"].present()) {
+    notices_.left_out("textures of the roughness of sheen");
+  }
 }
 
 void GltfMaterials::say_left_out(const JsonNode& from) {

@@ -14,8 +14,9 @@ namespace lightmill {
 inline constexpr std::string_view kWebpTextures = "EXT_texture_webp", kDdsTextures = "MSFT_texture_dds";
 
 /// Converts a file's materials, each once, on demand. Metallic-roughness with transmission, volume, ior, clearcoat,
-/// specular, emissive strength and normal maps becomes a principled material. Unlit materials emit their colour.
-/// Emission 1 is a radiance of 1 W/(m² sr), as programs that write glTF mean it. Unsupported parts give notices.
+/// specular, anisotropy, sheen, emissive strength and normal maps becomes a principled material. Unlit materials emit
+/// their colour. Emission 1 is a radiance of 1 W/(m² sr), as programs that write glTF mean it. Unsupported parts give
+/// notices.
 class GltfMaterials {
  public:
   /// Materials, textures and images go to `loaded`. `file_name` is for later errors of images.
@@ -26,7 +27,8 @@ class GltfMaterials {
     std::uint32_t material = 0;                ///< index into the scene's materials
     std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing without a texture
     bool unlit = false;                        ///< KHR_materials_unlit
-    bool tangents = false;                     ///< it has a normal map
+    bool tangents = false;                     ///< it has a normal map, or is anisotropic
+    bool anisotropic = false;
   };
   /// The material `index`. The default material if it is missing.
   Used use(const JsonNode& index);
@@ -36,6 +38,8 @@ class GltfMaterials {
   PrincipledMaterial principled(const JsonNode& from, Medium& interior);
   static Opacity opacity(const JsonNode& from, double value, std::uint32_t texture);
   void set_gloss(const JsonNode& extensions, PrincipledMaterial& out);
+  void set_anisotropy(const JsonNode& from, PrincipledMaterial& out);
+  void set_sheen(const JsonNode& from, PrincipledMaterial& out);
   void say_left_out(const JsonNode& from);
   TextureImage::Wrap wrap_of(const JsonNode& mode);
   /// The texture of a textureInfo, decoded in this colour space. kNoTexture if there is none.

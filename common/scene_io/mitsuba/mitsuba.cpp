@@ -22,7 +22,7 @@ bool uses_texture(const Material& material) {
   const auto textured = [](const TexturedColor* color) { return color->texture != kNoTexture; };
   return std::ranges::any_of(colors_of(material), textured) || material.opacity.map.texture != kNoTexture ||
          material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture ||
-         has_mapped_normals(material);
+         has_mapped_normals(material) || is_anisotropic(material);
 }
 
 /// Converter of a scene's objects.
@@ -259,8 +259,8 @@ Result<std::optional<MitsubaWorld::Piece>> MitsubaWorld::piece_of(const MitsubaO
   bool visible = true, one_sided = false;
   LM_ASSIGN_OR_RETURN(Material material, material_of(from, in_group, visible, one_sided));
   Piece out{&from, {}, 0};
-  const bool mapped = material.normal_map.texture != kNoTexture;
-  LM_ASSIGN_OR_RETURN(out.shape, shapes_.read(from, {uses_texture(material), mapped}));
+  const bool tangents = material.normal_map.texture != kNoTexture || is_anisotropic(material);
+  LM_ASSIGN_OR_RETURN(out.shape, shapes_.read(from, {uses_texture(material), tangents}));
   LM_RETURN_IF_ERROR(from.finish(loaded_.faults));
   if (!visible) {
     return std::optional<Piece>();

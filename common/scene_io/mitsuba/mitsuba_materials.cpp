@@ -5,6 +5,7 @@
 
 #include "common/materials/metals.h"
 #include "common/scene_io/coat.h"
+#include "common/scene_io/rough_axes.h"
 
 namespace lightmill {
 namespace {
@@ -179,9 +180,9 @@ void MitsubaMaterials::require_one(const MitsubaObject& from, std::string_view n
   }
 }
 
-double MitsubaMaterials::roughness(const MitsubaObject& from) {
+std::array<double, 2> MitsubaMaterials::alphas(const MitsubaObject& from) {
   if (!from.type.starts_with("rough")) {
-    return 0;
+    return {0, 0};
   }
   from.ignore({"sample_visible"});
   if (has_beckmann_facets(from)) {
@@ -197,15 +198,24 @@ double MitsubaMaterials::roughness(const MitsubaObject& from) {
     return read.texture == kNoTexture ? read.rgb.r : read.rgb.r / 2;
   };
   const double both = value("alpha", 0.1), u = value("alpha_u", both), v = value("alpha_v", both);
+  const double factor = has_beckmann_facets(from) ? kBeckmannToGgx : 1;
+  return {u * factor, v * factor};
+}
+
+double MitsubaMaterials::roughness(const MitsubaObject& from) {
+  const auto [u, v] = alphas(from);
   if (u != v) {
-    notices_.once("surfaces that are rougher along one axis have the mean roughness");
+    notices_.once("glass that is rougher along one axis has the mean roughness");
   }
-  return std::sqrt(std::sqrt(u * v) * (has_beckmann_facets(from) ? kBeckmannToGgx : 1));
+  return std::sqrt(std::sqrt(u * v));
 }
 
 void MitsubaMaterials::conductor(const MitsubaObject& from, Material& out) {
   ConductorMaterial metal;
-  metal.roughness = roughness(from);
+  const auto [u, v] = alphas(from);
+  const RoughAxes axes = rough_axes(u, v);
+  metal.roughness = axes.roughness;
+  metal.anisotropy = axes.anisotropy;
   out.single_scattering = true;
   const std::string name = from.text("material", "none");
   if (name != "none" && (from.has("eta") || from.has("k"))) {
@@ -237,6 +247,7 @@ void MitsubaMaterials::conductor(const MitsubaObject& from, Material& out) {
     kind.base_color = factor;
     kind.metallic = 1;
     kind.roughness = metal.roughness;
+    kind.anisotropy = metal.anisotropy;
     out.kind = kind;
   } else {
     require_one(from, "specular_reflectance");
@@ -310,7 +321,8 @@ void MitsubaMaterials::principled(const MitsubaObject& from, MitsubaSurface& out
   const double gloss = share("clearcoat_gloss", 0, nullptr);
   kind.coat_roughness = std::sqrt(0.1 + (0.001 - 0.1) * gloss);
   kind.burley_diffuse = true;
-  for (const std::string_view left : {"anisotropic", "spec_tint", "sheen", "flatness"}) {
+  set_anisotropy(share("anisotropic", 0, nullptr), out, kind);
+  for (const std::string_view left : {"spec_tint", "sheen", "flatness"}) {
     if (share(left, 0, nullptr) > 0) {
       notices_.left_out(fmt::format("{} of principled materials", left));
     }
@@ -319,6 +331,27 @@ void MitsubaMaterials::principled(const MitsubaObject& from, MitsubaSurface& out
       {"sheen_tint", "diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"});
   out.one_sided = kind.transmission == 0;
   out.material.kind = kind;
+}
+
+/// Mitsuba's alphas are roughness²/aspect and roughness² · aspect, with aspect = √(1 − 0.9 strength).
+void MitsubaMaterials::set_anisotropy(double strength, const MitsubaSurface& surface, PrincipledMaterial& out) {
+  if (strength == 0) {
+    return;
+  }
+  if (out.transmission > 0) {
+    notices_.left_out("anisotropic of principled materials that transmit light");
+    return;
+  }
+  if (surface.material.roughness_map.texture != kNoTexture) {
+    notices_.once("where a texture makes an anisotropic material smoother, its highlights are longer than in Mitsuba");
+  }
+  const double aspect = std::sqrt(1 - 0.9 * strength), alpha = out.roughness * out.roughness;
+  if (alpha > aspect) {
+    notices_.once("an alpha of anisotropic materials that is above 1 counts as 1");
+  }
+  const RoughAxes axes = rough_axes(std::min(alpha / aspect, 1.0), alpha * aspect);
+  out.roughness = axes.roughness;
+  out.anisotropy = axes.anisotropy;
 }
 
 Result<Medium> MitsubaMaterials::medium(const MitsubaObject& from) {

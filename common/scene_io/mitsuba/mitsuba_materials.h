@@ -38,8 +38,11 @@ class MitsubaMaterials {
   void principled(const MitsubaObject& from, MitsubaSurface& out);
   /// The base colour of a principled material that is as bright as rough plastic.
   TexturedColor below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double ior, double alpha);
-  /// √alpha of our GGX. 0 for smooth types.
+  /// alpha of GGX along u and v. 0 for smooth types.
+  std::array<double, 2> alphas(const MitsubaObject& from);
+  /// √alpha of GGX, for kinds that are always isotropic: the mean of both directions, with a notice.
   double roughness(const MitsubaObject& from);
+  void set_anisotropy(double strength, const MitsubaSurface& surface, PrincipledMaterial& out);
   /// Fails if a factor that physical materials do not have is not 1.
   void require_one(const MitsubaObject& from, std::string_view name);
 

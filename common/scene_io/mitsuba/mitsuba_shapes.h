@@ -14,7 +14,7 @@ namespace lightmill {
 /// Attributes of a mesh that a shape's material needs.
 struct MitsubaMeshNeeds {
   bool coordinates = false;  ///< for textures
-  bool tangents = false;     ///< for normal maps
+  bool tangents = false;     ///< for normal maps and anisotropic materials
 };
 
 /// A shape in its object's coordinates.

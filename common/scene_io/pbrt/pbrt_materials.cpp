@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "common/scene_io/coat.h"
+#include "common/scene_io/rough_axes.h"
 
 namespace lightmill {
 namespace {
@@ -57,7 +58,15 @@ Result<std::size_t> PbrtMaterials::named(const std::string& name, const SourcePl
 
 bool PbrtMaterials::is_plain(std::size_t number) const {
   const PbrtParameters& from = definitions_[number].from;
-  return definitions_[number].type != "mix" && !from.has_texture() && !from.has("normalmap");
+  const std::string& type = definitions_[number].type;
+  if (type == "mix" || from.has_texture() || from.has("normalmap")) {
+    return false;
+  }
+  const auto directed = [&](const std::string& prefix) {
+    const auto [u, v] = alphas(from, prefix);
+    return u != v;
+  };
+  return type == "conductor" ? !directed("") : type != "coatedconductor" || !directed("conductor.");
 }
 
 Result<Material> PbrtMaterials::convert(std::size_t number) {
@@ -138,6 +147,7 @@ void PbrtMaterials::set_kind(const std::string& type, const PbrtParameters& from
       metal.base_color = textured(textures_.color(from, "reflectance", {1, 1, 1}));
       metal.metallic = 1;
       metal.roughness = std::get<ConductorMaterial>(out.kind).roughness;
+      metal.anisotropy = std::get<ConductorMaterial>(out.kind).anisotropy;
       out.kind = metal;
     }
   } else if (type == "coateddiffuse") {
@@ -151,7 +161,10 @@ void PbrtMaterials::set_kind(const std::string& type, const PbrtParameters& from
 
 ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std::string& prefix) {
   ConductorMaterial out;
-  out.roughness = roughness(from, prefix);
+  const auto [u, v] = alphas(from, prefix);
+  const RoughAxes axes = rough_axes(u, v);
+  out.roughness = axes.roughness;
+  out.anisotropy = axes.anisotropy;
   const std::string eta = prefix + "eta", k = prefix + "k";
   if (const PbrtParameter* reflectance = from.find("reflectance"); reflectance != nullptr) {
     if (from.has(eta) || from.has(k)) {
@@ -202,6 +215,7 @@ void PbrtMaterials::coated_conductor(const PbrtParameters& from, Material& out) 
   PrincipledMaterial kind;
   kind.metallic = 1;
   kind.roughness = metal.roughness;
+  kind.anisotropy = metal.anisotropy;
   kind.coat = 1;
   kind.coat_roughness = roughness(from, "interface.");
   const PbrtParameter* reflectance = from.find("reflectance");
@@ -215,7 +229,7 @@ void PbrtMaterials::coated_conductor(const PbrtParameters& from, Material& out) 
   }
 }
 
-double PbrtMaterials::roughness(const PbrtParameters& from, const std::string& prefix) {
+std::array<double, 2> PbrtMaterials::alphas(const PbrtParameters& from, const std::string& prefix) const {
   const auto value = [&](std::string_view name, double fallback) {
     const PbrtValue read = textures_.number(from, fmt::format("{}{}", prefix, name), fallback);
     if (read.varies()) {
@@ -224,12 +238,16 @@ double PbrtMaterials::roughness(const PbrtParameters& from, const std::string& p
     return std::clamp<double>(read.varies() ? read.color.r / 2 : read.color.r, 0, 1);
   };
   const double both = value("roughness", 0), u = value("uroughness", both), v = value("vroughness", both);
-  if (u != v) {
-    notices_.once("surfaces that are rougher along one axis have the mean roughness");
-  }
   const bool remapped = from.boolean("remaproughness", true);  // then alpha is the square root
-  const double mean = std::sqrt(u * v);
-  return std::sqrt(remapped ? std::sqrt(mean) : mean);
+  return {remapped ? std::sqrt(u) : u, remapped ? std::sqrt(v) : v};
+}
+
+double PbrtMaterials::roughness(const PbrtParameters& from, const std::string& prefix) {
+  const auto [u, v] = alphas(from, prefix);
+  if (u != v) {
+    notices_.once("glass and coats that are rougher along one axis have the mean roughness");
+  }
+  return std::sqrt(std::sqrt(u * v));
 }
 
 void PbrtMaterials::set_relief(const PbrtParameters& from, Material& out) {

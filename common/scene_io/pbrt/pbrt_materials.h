@@ -19,7 +19,7 @@ class PbrtMaterials {
   Status define_named(const std::string& name, PbrtParameters from);
   /// The number of a named material, or an error.
   Result<std::size_t> named(const std::string& name, const SourcePlace& place) const;
-  /// Whether a material certainly has no texture.
+  /// Whether a material certainly has no texture and no anisotropy.
   bool is_plain(std::size_t number) const;
   /// Whether the surface only bounds a medium.
   bool is_interface(std::size_t number) const { return definitions_[number].type == "interface"; }
@@ -39,7 +39,9 @@ class PbrtMaterials {
   ConductorMaterial conductor(const PbrtParameters& from, const std::string& prefix);
   void coated_diffuse(const PbrtParameters& from, Material& out);
   void coated_conductor(const PbrtParameters& from, Material& out);
-  /// √alpha of our GGX. Textures are left out, with a notice.
+  /// alpha of GGX along u and v. Textures are left out, with a notice.
+  std::array<double, 2> alphas(const PbrtParameters& from, const std::string& prefix) const;
+  /// √alpha of GGX, for kinds that are always isotropic: the mean of both directions, with a notice.
   double roughness(const PbrtParameters& from, const std::string& prefix);
   void set_relief(const PbrtParameters& from, Material& out);
 

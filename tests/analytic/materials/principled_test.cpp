@@ -1,25 +1,10 @@
 // The principled material, with 100,000 draws each. The threshold raises a false alarm once in 3.5 million tests.
-#include "common/materials/principled.h"
 #include "common/materials/conductor.h"
 #include "common/materials/diffuse.h"
-#include "tests/analytic/materials/bsdf_checks.h"
+#include "tests/analytic/materials/principled_parameters.h"
 
 namespace lightmill::test {
 namespace {
-
-struct Parameters {
-  Vec3 base_color{0.8f};
-  float metallic = 0, roughness = 0.5f, specular = 0.5f, transmission = 0, ior = 1.5f, coat = 0, coat_roughness = 0.1f;
-  bool compensated = true, burley = false;
-
-  Principled8 seen_from(const V8& wo, M8 front = M8(true)) const {
-    return {{broadcast(base_color), F8(metallic), F8(roughness), F8(specular), F8(transmission), F8(ior), F8(coat),
-             F8(coat_roughness), M8(compensated), M8(burley)},
-            select(front, F8(ior), F8(1 / ior)),
-            wo,
-            front};
-  }
-};
 
 /// Every part alone and all of them together, rough and sharp.
 std::vector<Parameters> many() {
@@ -43,13 +28,6 @@ std::vector<Parameters> many() {
                    .coat_roughness = 0.5f});
   }
   return all;
-}
-
-const double kPrincipledAngles[] = {0.01, 40, 75, 88};
-
-Grid grid_for(const Parameters& p, const Vec3d& wo, double eta) {
-  const double roughness = p.coat > 0 ? std::min(p.roughness, p.coat_roughness) : p.roughness;
-  return {mirrored(wo), refracted(wo, eta), std::clamp(2.0 * roughness * roughness, 0.05, 0.3)};
 }
 
 TEST(Principled, DrawsWhatItsPdfSays) {

@@ -61,6 +61,21 @@ AtlasCase odd_normals(const std::string& kind, const std::string& name) {
           .level = 3};
 }
 
+/// An emitter over a floor and before a wall. u of the floor is turned by 29° from x.
+AtlasCase directed_floor(const std::string& kind, const std::string& name) {
+  const std::string floor =
+      "v -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nvt 0 0\nvt 0.9 -0.5\nvt 1.4 0.4\nvt 0.5 0.9\nf 1/1 2/2 3/3 4/4\n";
+  return {.subject = "anisotropy and sheen",
+          .name = name,
+          .document = document(
+              R"("eye": [0.5, 2.5, 4], "look_at": [0, 0.6, 0])", 45, 64,
+              diffuse("wall", 0.7) + also(diffuse("lamp", 0, 10)) + also(named("floor", kind)),
+              mesh("floor", "floor.obj") + also(mesh("wall", "wall.obj")) + also(sphere("lamp", "[1, 3, 0.5]", 0.5))),
+          .files = {{"floor.obj", floor}, {"wall.obj", polygon({{-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}})}},
+          .tolerance = 0.01,
+          .level = 3};
+}
+
 }  // namespace
 
 std::vector<AtlasCase> glass_cases() {
@@ -117,6 +132,14 @@ std::vector<AtlasCase> material_cases() {
   cases.push_back(odd_normals(R"("mirror": {})", "of a mirror and its floor"));
   cases.push_back(odd_normals(R"("dielectric": {"ior": 1.5})", "of glass and its floor"));
   cases.push_back(odd_normals(R"("conductor": {"metal": "gold", "roughness": 0.25})", "of rough gold and its floor"));
+  cases.push_back(directed_floor(R"("conductor": {"metal": "gold", "roughness": 0.4, "anisotropy": 0.8})",
+                                 "a floor of brushed gold"));
+  cases.push_back(directed_floor(R"("conductor": {"metal": "silver", "roughness": 0.15, "anisotropy": 0.5})",
+                                 "a floor of brushed silver that is a caster"));
+  cases.push_back(
+      directed_floor(R"("principled": {"roughness": 0.5, "coat": 0.5, "coat_roughness": 0.3, "anisotropy": 0.7, )"
+                     R"("sheen_color": {"rgb": [1, 1, 1]}, "sheen_roughness": 0.3})",
+                     "a floor of varnished velvet"));
   return cases;
 }
 

@@ -39,7 +39,7 @@ def material(name, kind="BSDF_DIFFUSE", **inputs):
 
 
 NODES = {"BSDF_DIFFUSE": "ShaderNodeBsdfDiffuse", "BSDF_GLOSSY": "ShaderNodeBsdfGlossy", "BSDF_GLASS": "ShaderNodeBsdfGlass",
-         "BSDF_PRINCIPLED": "ShaderNodeBsdfPrincipled", "EMISSION": "ShaderNodeEmission",
+         "BSDF_PRINCIPLED": "ShaderNodeBsdfPrincipled", "BSDF_ANISOTROPIC": "ShaderNodeBsdfAnisotropic", "EMISSION": "ShaderNodeEmission",
          "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent"}
 
 
@@ -351,6 +351,29 @@ def principled_coat():
     under_the_sky(ball=material("ball", "BSDF_PRINCIPLED", Base_Color=(0.1, 0.3, 0.1, 1), Roughness=0.6, Clearcoat=1.0),
                   block=material("block", "BSDF_PRINCIPLED", Base_Color=(0.6, 0.1, 0.1, 1), Roughness=0.6, Clearcoat=1.0,
                                  Clearcoat_Roughness=0.3))
+
+
+@case
+def principled_anisotropic():
+    under_the_sky(ball=material("ball", "BSDF_PRINCIPLED", Base_Color=(0.9, 0.7, 0.3, 1), Metallic=1.0, Roughness=0.35,
+                                Anisotropic=0.9),
+                  block=material("block", "BSDF_PRINCIPLED", Base_Color=(0.6, 0.6, 0.65, 1), Metallic=1.0, Roughness=0.35,
+                                 Anisotropic=0.9, Anisotropic_Rotation=0.2))
+
+
+@case
+def anisotropic():
+    along = material("ball", "BSDF_ANISOTROPIC", Color=gray(0.8), Roughness=0.4, Anisotropy=0.6)
+    tangent = insert(along, "ShaderNodeTangent", shader_of(along).inputs["Tangent"])
+    tangent.direction_type = "UV_MAP"
+    under_the_sky(ball=along, block=material("block", "BSDF_ANISOTROPIC", Color=gray(0.8), Roughness=0.4, Anisotropy=-0.6))
+
+
+@case
+def principled_sheen():
+    dark = {"Base_Color": (0.05, 0.01, 0.02, 1), "Roughness": 0.8, "Specular": 0.0, "Sheen": 1.0}
+    under_the_sky(ball=material("ball", "BSDF_PRINCIPLED", **dark, Sheen_Tint=0.0),
+                  block=material("block", "BSDF_PRINCIPLED", **dark, Sheen_Tint=1.0))
 
 
 @case

@@ -20,8 +20,8 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       scene.materials.emplace_back().kind = DielectricMaterial{1 + x, x};
       scene.materials.emplace_back().kind = ConductorMaterial{{x, 2 * x, 3 * x}, {4 * x, 5 * x, 6 * x}, x};
       scene.materials.emplace_back().kind = PhongMaterial{{x, 0, 0}, {0, x, 0}, 64 * x};
-      scene.materials.emplace_back().kind =
-          PrincipledMaterial{{x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32, i % 2 == 1};
+      scene.materials.emplace_back().kind = PrincipledMaterial{
+          {x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32, i % 2 == 1, {x / 64, 45}, {0, x, 0}, x / 128};
     }
     const MaterialTable table(scene, {}, std::vector<Vec3>(scene.materials.size()));
     for (std::uint32_t i = 0; i < of_each_kind; ++i) {
@@ -38,12 +38,33 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       const PrincipledParameters8 p = table.principled(surface(4), all);
       const F8 red = table.reflectance(surface(0), all).x, ior = table.ior(surface(1), all);
       const F8 alpha = table.dielectric(surface(1), F8(1.5f), all).alpha;
-      const std::array found{
-          red,        ior,         alpha,      c.eta.x,        c.eta.y,      c.eta.z,    c.k.x,
-          c.k.y,      c.k.z,       c.alpha,    g.diffuse.x,    g.specular.y, g.exponent, p.base_color.x,
-          p.metallic, p.roughness, p.specular, p.transmission, p.ior,        p.coat,     p.coat_roughness};
-      const std::array<float, found.size()> expected{x, 1 + x,  x * x, x, 2 * x, 3 * x, 4 * x, 5 * x, 6 * x,  x * x, x,
-                                                     x, 64 * x, x,     x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32};
+      const std::array found{red,
+                             ior,
+                             alpha,
+                             c.eta.x,
+                             c.eta.y,
+                             c.eta.z,
+                             c.k.x,
+                             c.k.y,
+                             c.k.z,
+                             c.facets.alpha(),
+                             g.diffuse.x,
+                             g.specular.y,
+                             g.exponent,
+                             p.base_color.x,
+                             p.metallic,
+                             p.roughness,
+                             p.specular,
+                             p.transmission,
+                             p.ior,
+                             p.coat,
+                             p.coat_roughness,
+                             p.anisotropy->strength,
+                             p.sheen->color.y,
+                             p.sheen->roughness};
+      const std::array<float, found.size()> expected{x,     1 + x, x * x, x,      2 * x,  3 * x,  4 * x, 5 * x,
+                                                     6 * x, x * x, x,     x,      64 * x, x,      x,     x / 2,
+                                                     x / 4, x / 8, 1 + x, x / 16, x / 32, x / 64, x,     x / 128};
       for (std::size_t j = 0; j < found.size(); ++j) {
         EXPECT_EQ((found[j] == F8(expected[j])).bits(), 0xff) << j;
       }

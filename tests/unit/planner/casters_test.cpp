@@ -46,6 +46,36 @@ TEST(Casters, APrincipledMaterialIsACasterWithoutWideLobes) {
   EXPECT_FALSE(is_caster(mapped)) << "not metal everywhere";
 }
 
+TEST(Casters, AnisotropicMetalCountsWithItsMeanAlpha) {
+  // √(0.01 · (0.01 + 0.99 s²)) is 0.1 for s = 1.
+  ConductorMaterial brushed;
+  brushed.roughness = 0.1;
+  brushed.anisotropy.strength = 0.9;
+  EXPECT_TRUE(is_caster(material("m", brushed)));
+  brushed.roughness = 0.11;
+  brushed.anisotropy.strength = 1;
+  EXPECT_FALSE(is_caster(material("m", brushed)));
+  // Not smooth: it has a density.
+  brushed.roughness = 0;
+  EXPECT_TRUE(receives_light(material("m", brushed)));
+  EXPECT_EQ(narrow_lobes(material("m", brushed)), NarrowLobes::none);
+  brushed.anisotropy.strength = 0.1;
+  EXPECT_EQ(narrow_lobes(material("m", brushed)), NarrowLobes::all);
+}
+
+TEST(Casters, SheenScattersToAllSides) {
+  PrincipledMaterial made;
+  made.metallic = 1;
+  made.roughness = 0.01;
+  made.sheen_color = {0, 0.1f, 0};
+  EXPECT_FALSE(is_caster(material("m", made)));
+  EXPECT_EQ(narrow_lobes(material("m", made)), NarrowLobes::some);
+  made.metallic = 0;
+  made.transmission = 1;
+  EXPECT_TRUE(is_caster(material("m", made))) << "glass has no sheen";
+  EXPECT_EQ(narrow_lobes(material("m", made)), NarrowLobes::all);
+}
+
 TEST(NarrowLobes, AreTheSharpPartOfAMaterial) {
   const double edge = std::sqrt(kNarrowAlpha);
   EXPECT_EQ(narrow_lobes(kMirror), NarrowLobes::all);

@@ -32,6 +32,11 @@ TEST(Facts, FeaturesAreThoseOfTheScene) {
   bumpy.textures = {{"bumps", "bumps.png", {}}};
   bumpy.materials[0].bump_map.map.texture = 0;
   EXPECT_EQ(features_of(read_facts(bumpy)), (std::vector<std::string>{"light sampling", "textures", "normal maps"}));
+  PrincipledMaterial cloth;
+  cloth.anisotropy.strength = 0.5;
+  cloth.sheen_color = {0, 0, 0.5f};
+  EXPECT_EQ(features_of(read_facts(scene_of({material("cloth", cloth)}, {kBulb}))),
+            (std::vector<std::string>{"light sampling", "anisotropy", "sheen"}));
 }
 
 TEST(Facts, MaterialsThatRaysPassAreNamed) {
@@ -70,6 +75,15 @@ TEST(Facts, GlossOnBurleysDiffusePartAddsToItsAlbedo) {
   const double matt = most();
   chalk.specular = 0.5;  // whose mean Fresnel term is .04 + .96/21
   EXPECT_NEAR(most(), matt + 0.04 + 0.96 / 21, 1e-6);
+}
+
+TEST(Facts, SheenRaisesDarkBasesAndKeepsWhiteOnes) {
+  PrincipledMaterial cloth{{0.1f, 0.1f, 0.1f}};
+  cloth.sheen_color = {1, 1, 1};
+  const auto most = [&] { return read_facts(scene_of({material("cloth", cloth)}, {kSky})).largest_albedo; };
+  EXPECT_NEAR(most(), 0.3 + 0.7 * 0.1, 1e-6);  // of even light, at roughness 1
+  cloth.base_color = {1, 1, 1};
+  EXPECT_NEAR(most(), 1, 1e-6);
 }
 
 /// Small lights over a plain of mirror balls.

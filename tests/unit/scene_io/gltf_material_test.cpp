@@ -188,6 +188,68 @@ TEST(GltfScene, TangentsAreThoseOfTheFile) {
                                                     "without a direction; those of the texture coordinates are used"});
 }
 
+TEST(GltfScene, AnisotropyIsThatOfTheExtension) {
+  const auto extension = [](const std::string& members, const std::string& others = "") {
+    return R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_anisotropy":{)" + members + "}" +
+           others + "}";
+  };
+  const Mapped brushed = mapped(extension(R"("anisotropyStrength":0.5,"anisotropyRotation":1.5707963267948966)"));
+  const auto& kind = std::get<PrincipledMaterial>(brushed.material.kind);
+  EXPECT_EQ(kind.anisotropy.strength, 0.5);
+  EXPECT_NEAR(kind.anisotropy.rotation_degrees, 90, 1e-9);
+  EXPECT_EQ(kind.roughness, 1);
+  EXPECT_EQ(brushed.mesh.tangents.size(), 3u);
+  EXPECT_EQ(brushed.mesh.texture_coordinates.size(), 3u);
+  EXPECT_EQ(brushed.notices.size(), 1u);  // of the camera
+  const Mapped none = mapped(extension(R"("anisotropyRotation":1)"));
+  EXPECT_EQ(std::get<PrincipledMaterial>(none.material.kind).anisotropy, Anisotropy{});
+  EXPECT_TRUE(none.mesh.tangents.empty());
+  EXPECT_TRUE(none.mesh.texture_coordinates.empty());
+  EXPECT_EQ(mapped(extension(R"("anisotropyStrength":0.5,"anisotropyTexture":{"index":0})")).notices[0],
+            "left out: textures of anisotropy: it is the same everywhere");
+  EXPECT_EQ(mapped(extension(R"("anisotropyStrength":0.5)",
+                             R"(,"KHR_materials_transmission":{"transmissionFactor":0.5},"KHR_materials_volume":{
+"thicknessFactor":1})"))
+                .notices[0],
+            "left out: anisotropy of glass");
+}
+
+TEST(GltfScene, AnisotropyWithoutADirectionIsNamed) {
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const LoadedScene loaded =
+      good(test::gltf(buffer.embedded() +
+                      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"nodes":[{"mesh":0}],
+"materials":[{"extensions":{"KHR_materials_anisotropy":{"anisotropyStrength":1}}}])"));
+  EXPECT_EQ(loaded.notices[0], "anisotropic surfaces without tangents and texture coordinates have the mean roughness");
+}
+
+TEST(GltfScene, SheenIsThatOfTheExtension) {
+  const auto extension = [](const std::string& members, const std::string& others = "") {
+    return R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_sheen":{)" + members + "}" +
+           others + "}";
+  };
+  const Mapped velvet = mapped(
+      extension(R"("sheenColorFactor":[0.25,0.5,0.75],"sheenRoughnessFactor":0.3,"sheenColorTexture":{"index":0})"));
+  const auto& kind = std::get<PrincipledMaterial>(velvet.material.kind);
+  EXPECT_EQ(kind.sheen_color, (TexturedColor{{0.25f, 0.5f, 0.75f}, 0}));
+  EXPECT_EQ(kind.sheen_roughness, 0.3);
+  EXPECT_EQ(velvet.texture.color_space, TextureImage::ColorSpace::srgb);
+  EXPECT_EQ(velvet.notices.size(), 1u);  // of the camera
+  const Material sharp = material(extension(R"("sheenColorFactor":[1,1,1])"));
+  EXPECT_EQ(std::get<PrincipledMaterial>(sharp.kind).sheen_roughness, 0);
+  const Mapped black = mapped(extension(R"("sheenRoughnessFactor":0.3,"sheenColorTexture":{"index":0})"));
+  EXPECT_EQ(std::get<PrincipledMaterial>(black.material.kind).sheen_color, TexturedColor{});
+  EXPECT_TRUE(black.mesh.texture_coordinates.empty());
+  EXPECT_EQ(mapped(extension(R"("sheenColorFactor":[1,1,1],"sheenRoughnessTexture":{"index":0})")).notices[0],
+            "left out: textures of the roughness of sheen");
+  EXPECT_EQ(mapped(extension(R"("sheenColorFactor":[1,1,1])",
+                             R"(,"KHR_materials_transmission":{"transmissionFactor":0.5},"KHR_materials_volume":{
+"thicknessFactor":1})"))
+                .notices[0],
+            "left out: sheen of glass");
+}
+
 TEST(GltfScene, VolumesAbsorb) {
   const Material amber = material(
       R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_transmission":{"transmissionFactor":1},

@@ -169,16 +169,16 @@ TEST(GltfScene, ASceneWithoutLightGetsASkyAndANotice) {
 
 TEST(GltfScene, OmissionsAreReportedOnce) {
   const LoadedScene loaded = good(OneTriangle().text(
-      R"("extensionsUsed":["KHR_materials_sheen","KHR_materials_unlit"],"animations":[{}],
+      R"("extensionsUsed":["KHR_materials_iridescence","KHR_materials_unlit"],"animations":[{}],
 "materials":[{"alphaMode":"BLEND"},{"occlusionTexture":{"index":0}}],
 "nodes":[{"mesh":0,"scale":[0,1,1]},{"mesh":0},{"mesh":0,"name":"flat","scale":[1,1e-40,1]}])",
       R"(,"material":0},{"attributes":{"POSITION":0},"material":1)"));
-  EXPECT_EQ(
-      loaded.notices,
-      (std::vector<std::string>{
-          "left out: extension KHR_materials_sheen", "left out: animations (`--at SECONDS` shows a moment of one)",
-          "left out: occlusion maps (light is followed instead)",
-          "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"", kNoCamera, kNoLight}));
+  EXPECT_EQ(loaded.notices,
+            (std::vector<std::string>{"left out: extension KHR_materials_iridescence",
+                                      "left out: animations (`--at SECONDS` shows a moment of one)",
+                                      "left out: occlusion maps (light is followed instead)",
+                                      "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"", kNoCamera,
+                                      kNoLight}));
   ASSERT_EQ(loaded.scene.objects.size(), 2u);
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }
@@ -186,12 +186,12 @@ TEST(GltfScene, OmissionsAreReportedOnce) {
 TEST(GltfScene, UnlistedExtensionsAreReported) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensions":{"EXT_scenery":{}},"extensionsUsed":["EXT_scenery"],"nodes":[{"mesh":0}],
-"materials":[{"extensions":{"KHR_materials_sheen":{},"KHR_materials_ior":{"ior":1.4},"KHR_materials_volume":{
+"materials":[{"extensions":{"KHR_materials_iridescence":{},"KHR_materials_ior":{"ior":1.4},"KHR_materials_volume":{
 "extensions":{"EXT_inner":{}}}},"extras":{"extensions":{"EXT_other":{}}}}])",
       R"(,"material":0)"));
   EXPECT_EQ(loaded.notices,
             (std::vector<std::string>{"left out: extension EXT_scenery", "left out: extension EXT_inner",
-                                      "left out: extension KHR_materials_sheen", kNoCamera, kNoLight}));
+                                      "left out: extension KHR_materials_iridescence", kNoCamera, kNoLight}));
 }
 
 TEST(GltfScene, ObjectsMayBeThinAndLong) {

@@ -59,11 +59,34 @@ TEST(MitsubaMaterials, ConductorsAreMetalsByName) {
   const Metal known = find_metal("gold").value();
   EXPECT_EQ(metal.eta, (RgbColor{known.eta[0], known.eta[1], known.eta[2]}));
   EXPECT_EQ(metal.k, (RgbColor{known.k[0], known.k[1], known.k[2]}));
-  EXPECT_NEAR(metal.roughness, std::sqrt(0.04), 1e-6);  // of the geometric mean
+  // alpha is 0.01 along u, and 0.01 + 0.99 s² = 0.16 along v.
+  EXPECT_NEAR(metal.roughness, 0.1, 1e-6);
+  EXPECT_NEAR(metal.anisotropy.strength, std::sqrt(0.15 / 0.99), 1e-6);
+  EXPECT_EQ(metal.anisotropy.rotation_degrees, 90);
   EXPECT_TRUE(gold.single_scattering);
   const Material given = mitsuba_material(
       R"(<bsdf type="conductor"><rgb name="eta" value="1, 2, 3"/><rgb name="k" value="4, 5, 6"/></bsdf>)");
   EXPECT_EQ(std::get<ConductorMaterial>(given.kind).k, (RgbColor{4, 5, 6}));
+}
+
+/// alpha along u and v.
+std::pair<double, double> alphas_of(double roughness, const Anisotropy& anisotropy) {
+  const double least = roughness * roughness, most = least + (1 - least) * std::pow(anisotropy.strength, 2);
+  return anisotropy.rotation_degrees == 0 ? std::pair(most, least) : std::pair(least, most);
+}
+
+TEST(MitsubaMaterials, AnisotropicIsDisneys) {
+  for (const double strength : {0.0, 0.3, 1.0}) {
+    const auto kind = std::get<PrincipledMaterial>(
+        mitsuba_material(fmt::format(R"(<bsdf type="principled"><float name="roughness" value="0.5"/>
+<float name="anisotropic" value="{}"/></bsdf>)",
+                                     strength))
+            .kind);
+    const double aspect = std::sqrt(1 - 0.9 * strength);
+    const auto [u, v] = alphas_of(kind.roughness, kind.anisotropy);
+    EXPECT_NEAR(u, 0.25 / aspect, 1e-6) << strength;
+    EXPECT_NEAR(v, 0.25 * aspect, 1e-6) << strength;
+  }
 }
 
 TEST(MitsubaMaterials, ConductorsWithoutAMaterialAreMirrors) {

@@ -22,6 +22,29 @@ TEST(PbrtMaterials, KindsHaveTheirParameters) {
   EXPECT_NEAR(std::get<DielectricMaterial>(plain.kind).roughness, 0.5, 1e-12);
 }
 
+TEST(PbrtMaterials, ConductorsAreRougherAlongOneAxis) {
+  struct Case {
+    std::string parameters;
+    double roughness, strength, rotation;
+  };
+  for (const Case& c :
+       std::vector<Case>{// alpha is the square root: 0.5 along u, and 0.25 along v.
+                         {R"("float uroughness" 0.25 "float vroughness" 0.0625)", 0.5, std::sqrt(0.25 / 0.75), 0},
+                         {R"("float uroughness" 0.0625 "float vroughness" 0.25)", 0.5, std::sqrt(0.25 / 0.75), 90},
+                         {R"("float roughness" 0.25 "float vroughness" 0.5 "bool remaproughness" false)", 0.5,
+                          std::sqrt(0.25 / 0.75), 90},
+                         {R"("float uroughness" 0.25 "float vroughness" 0.25)", std::sqrt(0.5), 0, 0}}) {
+    const Material metal = pbrt_material("Material \"conductor\" " + c.parameters);
+    const auto& kind = std::get<ConductorMaterial>(metal.kind);
+    EXPECT_NEAR(kind.roughness, c.roughness, 1e-6) << c.parameters;
+    EXPECT_NEAR(kind.anisotropy.strength, c.strength, 1e-6) << c.parameters;
+    EXPECT_EQ(kind.anisotropy.rotation_degrees, c.rotation) << c.parameters;
+  }
+  const Material coated = pbrt_material(
+      R"(Material "coatedconductor" "float conductor.uroughness" 0.25 "float conductor.vroughness" 0.0625)");
+  EXPECT_NEAR(std::get<PrincipledMaterial>(coated.kind).anisotropy.strength, std::sqrt(0.25 / 0.75), 1e-6);
+}
+
 TEST(PbrtMaterials, ConductorsHaveANameIndicesOrAReflectance) {
   const auto gold = std::get<ConductorMaterial>(
       pbrt_material("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"").kind);

@@ -84,10 +84,29 @@ TEST(MaterialJson, PrincipledMaterialsAreRead) {
   EXPECT_EQ(none.ior, 1.5);
   EXPECT_EQ(none.coat_roughness, 0.03);
   EXPECT_FALSE(none.burley_diffuse);
+  EXPECT_EQ(none.anisotropy, Anisotropy{});
+  EXPECT_EQ(none.sheen_color, TexturedColor{});
+  EXPECT_EQ(none.sheen_roughness, 0.5);
   EXPECT_EQ(material_error(R"("principled": {"coat": 2})"),
             "m.json:2:52: materials[0].principled.coat: must be in [0, 1], got 2");
   EXPECT_EQ(material_error(R"("principled": {"ior": 0})"),
             "m.json:2:51: materials[0].principled.ior: must be in (0, 10], got 0");
+}
+
+TEST(MaterialJson, AnisotropyAndSheenAreRead) {
+  const Material cloth = read(R"("principled": {"anisotropy": 0.25, "anisotropy_rotation_degrees": -30,
+"sheen_color": {"rgb": [0.1, 0.2, 0.3]}, "sheen_roughness": 0})");
+  const auto& principled = std::get<PrincipledMaterial>(cloth.kind);
+  EXPECT_EQ(principled.anisotropy, (Anisotropy{0.25, -30}));
+  EXPECT_EQ(principled.sheen_color, TexturedColor(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(principled.sheen_roughness, 0);
+  const Material brushed =
+      read(R"("conductor": {"metal": "gold", "anisotropy": 1, "anisotropy_rotation_degrees": 400})");
+  EXPECT_EQ(std::get<ConductorMaterial>(brushed.kind).anisotropy, (Anisotropy{1, 400}));
+  EXPECT_EQ(material_error(R"("principled": {"anisotropy": -0.5})"),
+            "m.json:2:58: materials[0].principled.anisotropy: must be in [0, 1], got -0.5");
+  EXPECT_EQ(material_error(R"("principled": {"sheen_roughness": 2})"),
+            "m.json:2:63: materials[0].principled.sheen_roughness: must be in [0, 1], got 2");
 }
 
 TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {

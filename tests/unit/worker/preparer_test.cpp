@@ -258,6 +258,27 @@ TEST(SceneMemory, IsPredictedWithinAFactorAndNamesTheLargestPart) {
   EXPECT_LT(estimate_memory(scene, liar, no_images)->bytes, std::uint64_t{32} << 20);
 }
 
+// A mesh with tangents but no texture coordinates has a table of derivatives, too.
+TEST(SceneMemory, TheDirectionsOfAnisotropicMeshesAreEstimated) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.tangents.assign(3, {1, 0, 0, 1});
+  mesh.triangles.assign(1000, {0, 1, 2});
+  const std::string bytes = encode_mesh(mesh);
+  const auto assets = [&](const Sha256&) -> Result<std::string> { return bytes; };
+  const auto no_images = [](ByteView, const std::string&) { return Result<ImageSize>(ImageSize{}); };
+  Scene scene;
+  scene.materials = {{"metal", ConductorMaterial{.roughness = 0.5}, {}}};
+  scene.objects.push_back({"wall", 0, MeshShape{"wall.glb", sha256(bytes)}});
+  Scene brushed = scene;
+  brushed.materials[0].kind = ConductorMaterial{.roughness = 0.5, .anisotropy = {0.5, 0}};
+  const std::uint64_t held = (*CompiledScene::compile(scene, assets))->bytes(),
+                      held_brushed = (*CompiledScene::compile(brushed, assets))->bytes();
+  EXPECT_GE(held_brushed, held + 1000 * 32);
+  EXPECT_GE(estimate_memory(brushed, assets, no_images)->bytes,
+            estimate_memory(scene, assets, no_images)->bytes + (held_brushed - held));
+}
+
 // Files are read one after the other, each with a copy for the decoder.
 TEST_F(PreparerTest, TheMemoryOfAScenesFilesAndLightsIsEstimated) {
   const std::string padded(std::size_t{32} << 20, 'x'), small(1000, 's');

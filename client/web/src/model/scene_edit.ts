@@ -178,7 +178,7 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .color('specular', 'Specular', kBlack)
         .number('exponent', 'Exponent', 10, 0, 1e6, 1).found;
     case 'conductor':
-      return new Slots(kind.value, (value) => put({case: 'conductor', value})).channels('eta', 'Refraction n', 1000).channels('k', 'Extinction k', 1000).share('roughness', 'Roughness').found;
+      return new Slots(kind.value, (value) => put({case: 'conductor', value})).channels('eta', 'Refraction n', 1000).channels('k', 'Extinction k', 1000).share('roughness', 'Roughness').share('anisotropy', 'Anisotropy').number('anisotropyRotationDegrees', 'Rotation of the anisotropy', 0, -1e4, 1e4, 1, true).found;
     case 'principled':
       return new Slots(kind.value, (value) => put({case: 'principled', value}))
         .color('baseColor', 'Colour', [0.8, 0.8, 0.8])
@@ -189,7 +189,11 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .number('ior', 'Index of refraction', 1.5, kLeastIor, kMostIor, 0.01)
         .share('coat', 'Coat')
         .share('coatRoughness', 'Coat roughness', 0.03)
-        .flag('burleyDiffuse', "Burley's diffuse part").found;
+        .flag('burleyDiffuse', "Burley's diffuse part")
+        .share('anisotropy', 'Anisotropy')
+        .number('anisotropyRotationDegrees', 'Rotation of the anisotropy', 0, -1e4, 1e4, 1, true)
+        .color('sheenColor', 'Sheen', kBlack)
+        .share('sheenRoughness', 'Sheen roughness', 0.5).found;
     case 'holdout':
     case undefined:
       return [];
