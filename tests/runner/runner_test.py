@@ -260,6 +260,15 @@ class Runner(unittest.TestCase):
         self.assert_fails(["IsOff"], "names none that is enabled")
         self.assert_fails(["IsNeverRun"], "no program that was built has a test of this name")
 
+    def test_a_test_that_was_chosen_by_name_takes_a_core_if_it_computes(self):
+        self.plant_runs("program(waits_tests Toy.Passes integration)\n")
+        self.assert_passes(["Toy.Passes"])
+        slots = {}
+        for line in (self.root / "build/results/named/tests/CTestTestfile.cmake").read_text().splitlines():
+            if match := re.match(r"set_tests_properties\((\w+) ", line):
+                slots[match.group(1)] = "RESOURCE_GROUPS cores:1" in line
+        self.assertEqual(slots, {"asan_tests": True, "other_tests": True, "waits_tests": False})
+
     def test_a_failure_before_the_deadline_is_reported(self):
         self.plant_runs('''
             script(a.fails "exit 1" lint)
@@ -447,6 +456,32 @@ for _ in range(60):
         self.assert_fails(["new.one"], "failed: new.one")
         self.plant_presets({"VALUE": "7"})
         self.assert_passes(["new.one"], r"\n1 passed")
+
+    def test_variables_that_were_set_by_hand_are_those_of_the_preset_again(self):
+        self.plant_presets({"VALUE": "7"})
+        self.plant_runs('script(new.one "test ${VALUE} = 7" lint)\n')
+        self.assert_passes(["new.one"])
+        subprocess.run(["cmake", "--preset", "release", "-DVALUE=8"], cwd=self.root, check=True, capture_output=True)
+        self.assert_passes(["new.one"], r"\n1 passed")
+        # Then nothing is configured again.
+        self.assert_passes(["new.one"], r"\n1 passed")
+        self.assertIn("ninja: no work to do", (self.root / "build/release/configure.log").read_text())
+
+    def test_a_compiler_is_the_same_by_its_name_and_by_its_path(self):
+        script = """
+import pathlib, shutil
+import builds
+
+pathlib.Path("build/release").mkdir(parents=True)
+for line in ("UNINITIALIZED=sh", f"STRING={shutil.which('sh')}", "STRING=bash"):
+    pathlib.Path("build/release/CMakeCache.txt").write_text(f"VALUE:{line}\\nOTHER:STRING=1\\n")
+    print(builds.settings_of(pathlib.Path("build/release")).splitlines()[2:])
+"""
+        self.plant_presets({"VALUE": "sh"})
+        by_name, by_path, other = self.output_of(script).splitlines()
+        self.assertEqual(by_name, by_path)
+        self.assertNotEqual(by_name, other)
+        self.assertNotIn("OTHER", other)
 
     def test_a_second_runner_in_one_checkout_is_refused(self):
         self.plant_runs(WAITS)
