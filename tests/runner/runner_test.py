@@ -183,7 +183,7 @@ class Runner(unittest.TestCase):
         self.plant_runs("program(twice_tests Toy.Passes unit asan release)\nprogram(hard_tests Toy.Passes fuzz asan long)\n")
         self.assert_passes([], r"\n4 passed, 0 failed, 0 skipped\n")
         # After the default suite, nothing runs twice in the same build.
-        self.assert_passes(["--list"], "release: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
+        self.assert_passes(["--list"], "release build: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
                            "long: hard_tests: hard_tests\n", "release: readers of untrusted input: asan_tests\n", "asan: unit: other_tests\n",
                            "asan: fuzz: hard_tests\n", "ubsan: unit: asan_tests other_tests twice_tests\n", "ubsan: fuzz: hard_tests\n")
         self.assert_passes(["release: readers of untrusted input"], r"\n1 passed")
@@ -209,7 +209,7 @@ class Runner(unittest.TestCase):
                      "too.late"):
             self.assertRegex(listed, rf"\n? *{re.escape(name)}\n")
         self.assertRegex(said, r"\nfailed: Toy.Crashes\n    crashes_tests: Subprocess aborted Exception\n(    .*\n)*    .*Toy.Crashes")
-        self.assertRegex(said, r"\nlog: build/results/release/test.log\n")
+        self.assertRegex(said, r"\nlog: build/results/release-build/test.log\n")
         self.assertRegex(said, r"\nskipped:\n(.*\n)*  Toy.IsSkipped: no such tool\n")
         self.assertRegex(said, r"  skips.script: exit code 77\n")
         self.assertRegex(said, r"  lacks.shell: zsh is not installed\n")
@@ -269,6 +269,19 @@ class Runner(unittest.TestCase):
                 slots[match.group(1)] = "RESOURCE_GROUPS cores:1" in line
         self.assertEqual(slots, {"asan_tests": True, "other_tests": True, "waits_tests": False})
 
+    def test_no_piece_has_the_name_of_a_label(self):
+        self.plant_runs("program(twice_tests Toy.Passes unit asan release)\nprogram(once_tests Toy.Passes unit)\n")
+        self.assert_passes(["release"], r"\n1 passed")
+        self.assert_passes(["release build"], r"\n3 passed")
+        script = """
+import pathlib, re
+import pieces
+
+labels = re.search(r"set\\(LIGHTMILL_LABELS (.*)\\)", pathlib.Path("cmake/tests.cmake").read_text()).group(1).split()
+print({piece.name for piece in pieces.DEFAULT_PIECES + pieces.LAST_PIECES} & {*labels, "asan", "tsan", "ubsan"})
+"""
+        self.assertEqual(self.output_of(script), "set()\n")
+
     def test_a_failure_before_the_deadline_is_reported(self):
         self.plant_runs('''
             script(a.fails "exit 1" lint)
@@ -276,11 +289,11 @@ class Runner(unittest.TestCase):
             set_tests_properties(b.lasts PROPERTIES DEPENDS a.fails)
         ''')
         self.assert_fails(["--all", "--minutes", "600"], r"time limit reached: b.lasts had run for \d+ s\n", r"failed:\n  a.fails",
-                          r"\nfailed +release\n")
+                          r"\nfailed +release build\n")
 
     def test_an_unfinished_suite_fails(self):
         self.plant_runs('script(lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)\n' + OTHERS)
-        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release\n", r"\npieces that were not reached: 1\n")
+        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release build\n", r"\npieces that were not reached: 1\n")
 
     def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
@@ -422,9 +435,9 @@ for _ in range(60):
         ''' + OTHERS)
         for state in ("failed", "failed, then passed"):
             self.run_it("--all")
-            self.assert_passes(["--status"], "no run is active", f"\n{state} +release\n", "passed +tsan: threads\n",
+            self.assert_passes(["--status"], "no run is active", f"\n{state} +release build\n", "passed +tsan: threads\n",
                                "skipped +long: lacks.tool\n")
-        self.assert_fails(["--all"], "failed, then passed +release\n")
+        self.assert_fails(["--all"], "failed, then passed +release build\n")
 
     def test_an_unknown_label_fails(self):
         self.plant_runs('script(new.one "exit 0" uint)\n')
@@ -595,7 +608,7 @@ print(process.compilers(), *results.slots())
         """)
         process = self.start()
         pid = self.wait_for("build/asan/begun").strip()
-        while "tests passed" not in self.wait_for("build/results/release/test.log"):
+        while "tests passed" not in self.wait_for("build/results/release-build/test.log"):
             time.sleep(0.01)
         process.send_signal(signal.SIGTERM)
         self.assertIn("interrupted", self.end(process)[1])
