@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Tests the runner with a small project. It must never report a failure as a pass.
 
-  runner_test.py SOURCE-FOLDER TOY-PROGRAM
+  runner_test.py [TEST...] SOURCE-FOLDER TOY-PROGRAM
+
+With SHARD=2/4 in the environment it runs the second quarter of its tests.
 """
 import json
 import os
@@ -393,6 +395,7 @@ print(session.why_no_memory_disk())
             script(counts "test $LIGHTMILL_LEAVE_MS = 10000" lint)
             program(long_tests Toy.Passes unit long)
             script(builds.elsewhere "exit 1" long)
+            lightmill_run(deploy.quickstart LABELS long NEEDS long_tests COMMAND false)
         ''')
         tools = self.root / "build" / "tools"
         tools.mkdir(parents=True)
@@ -586,6 +589,8 @@ print(process.compilers(), *results.slots())
         self.assertRegex(said, r"^\./test\.sh: .*build/results.*\n$")
 
     def test_signals_end_everything(self):
+        process = self.root / "tests/runner/process.py"
+        self.plant(process, process.read_text().replace("SECONDS_TO_END = 10 ", "SECONDS_TO_END = 1 "))
         for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
             self.plant_runs(f"""
                 foreach(label lint asan)
@@ -674,6 +679,11 @@ with process.beside(work, pathlib.Path("log")):
         self.plant_runs("")
         self.assert_passes(["asan_tests"])
         self.assertEqual((self.root / "installed").read_text(), "--tests\n")
+
+
+def load_tests(_, suites, __):
+    shard, shards = map(int, os.environ.get("SHARD", "1/1").split("/"))
+    return unittest.TestSuite([test for suite in suites for test in suite][shard - 1::shards])
 
 
 if __name__ == "__main__":
