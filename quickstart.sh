@@ -10,6 +10,7 @@
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
+. deploy/lock.sh
 
 data=.lightmill
 run=$data/quickstart
@@ -217,13 +218,7 @@ build() {
   [ ! -e build/quickstart.failed ]
 }
 
-mkdir -p build
-exec 9>>build/test.lock
-if ! flock -w 1 9; then
-  echo 'A build or test of this checkout is running, in the same build folder. Start again when it has ended.' >&2
-  exit 1
-fi
-echo $$ >build/test.lock
+lock_builds || exit 1
 trap interrupted INT TERM HUP
 log=build/quickstart.log
 : >"$log"
@@ -248,7 +243,7 @@ if ! build $programs lightmill-web; then
   grep -m 1 -A 5 '^FAILED:.*web' "$log" >&2 || :
   echo "The web page was not built, and the farm starts without it. The reason is in $log."
 fi
-exec 9>&- # tests may run from here on
+unlock_builds
 phase farm
 
 mkdir -p "$run"

@@ -43,7 +43,7 @@ if(LIGHTMILL_SANITIZE)
     add_compile_options(-fno-sanitize=null,alignment,object-size)
   endif()
   if(LIGHTMILL_SANITIZE MATCHES "thread" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    add_compile_options(-Wno-tsan)  # it does not see the fences of Boost.Asio; all data that Asio passes on is under a mutex
+    add_compile_options(-Wno-tsan)  # It does not see the fences of Boost.Asio. A mutex guards all data that Asio passes on.
   endif()
 endif()
 

@@ -18,6 +18,9 @@ function(lightmill_run run)
   if(LIGHTMILL_SANITIZE OR CMAKE_CXX_FLAGS MATCHES "--coverage")
     math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is about four times slower
   endif()
+  if(CMAKE_CXX_FLAGS MATCHES "--coverage")
+    list(APPEND ARG_ENVIRONMENT LIGHTMILL_LEAVE_MS=10000)  # tests/support/process.h
+  endif()
   if(LIGHTMILL_SANITIZE MATCHES "thread")
     list(APPEND ARG_ENVIRONMENT "TSAN_OPTIONS=history_size=7 suppressions='${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp'")
   endif()

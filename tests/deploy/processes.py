@@ -5,9 +5,10 @@ import subprocess
 
 from patience import PATIENCE_S
 
-# Reports of faults in logs. A shell writes the last three when a program that it runs crashes.
-FAULTS = ("WARNING: ThreadSanitizer", "ERROR: AddressSanitizer", "ERROR: LeakSanitizer", ": runtime error: ", ": check failed: ",
-          "terminate called", "Segmentation fault", "Bus error", "Aborted")
+# Reports of faults in logs: of the programs, as in tests/support/process.cpp and tests/e2e/farm.mjs, and of a shell that runs one.
+FAULTS_OF_PROGRAMS = ("WARNING: ThreadSanitizer", "ERROR: AddressSanitizer", "ERROR: LeakSanitizer", ": runtime error: ",
+                      ": check failed: ", "terminate called")
+FAULTS = (*FAULTS_OF_PROGRAMS, "Segmentation fault", "Bus error", "Aborted")
 
 
 def expect_no_fault(log):

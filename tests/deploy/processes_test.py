@@ -2,13 +2,14 @@
 """Crashes of a test's programs fail the test, and ends that the test causes do not."""
 import os
 import pathlib
+import re
 import signal
 import sys
 import tempfile
 import unittest
 
 from patience import wait_until
-from processes import BackgroundProgram
+from processes import FAULTS_OF_PROGRAMS, BackgroundProgram
 
 
 class Crashes(unittest.TestCase):
@@ -37,6 +38,12 @@ class Crashes(unittest.TestCase):
     def test_a_fault_in_the_log_fails_the_test(self):
         self.assertRaisesRegex(AssertionError, "check failed: samples > 0",
                                self.ended("echo 'film.cpp:7: check failed: samples > 0'").end)
+
+    def test_tests_in_all_languages_know_the_same_faults(self):
+        tests = pathlib.Path(__file__).parents[1]
+        for file, declaration in ((tests / "support/process.cpp", "std::array kFaults{"), (tests / "e2e/farm.mjs", "const kFaults = [")):
+            words = file.read_text().partition(declaration)[2].partition(";")[0]
+            self.assertEqual(tuple(re.findall(r"[\"']([^\"']+)[\"']", words)), FAULTS_OF_PROGRAMS, file)
 
     def test_ends_that_the_test_causes_are_no_crashes(self):
         self.ended("exit 0").end()

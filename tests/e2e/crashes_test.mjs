@@ -1,7 +1,10 @@
 // Crashes of a farm's programs fail the test of the page: node crashes_test.mjs FOLDER-OF-PROGRAMS
 import assert from 'node:assert/strict';
+import {existsSync, mkdtempSync, readFileSync, rmSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
 import {test} from 'node:test';
-import {eventually, Farm} from './farm.mjs';
+import {BackgroundProgram, eventually, Farm} from './farm.mjs';
 
 const [programs] = process.argv.slice(2);
 
@@ -27,4 +30,31 @@ test('ends that the test causes are no crashes', async () => {
   farm.startWorker('box-2');
   await farm.stop('box-2', 'SIGKILL');
   await farm.close();
+});
+
+test('in the coverage build a program writes its counts before it is killed', async (context) => {
+  const folder = mkdtempSync(join(tmpdir(), 'lightmill-counts-'));
+  const before = process.env.LIGHTMILL_LEAVE_MS;
+  context.after(() => {
+    rmSync(folder, {recursive: true, force: true});
+    delete process.env.LIGHTMILL_LEAVE_MS;
+    if (before !== undefined) {
+      process.env.LIGHTMILL_LEAVE_MS = before;
+    }
+  });
+  const end = async (commands, leaveMs) => {
+    const [log, ready] = [join(folder, 'log'), join(folder, 'ready')];
+    rmSync(log, {force: true});
+    rmSync(ready, {force: true});
+    const farm = new Farm(programs);
+    await farm.ports.numbers;
+    farm.running.set('shell', new BackgroundProgram('sh', ['-c', `${commands}; touch ${ready}; while :; do sleep 0.01; done`], log));
+    await eventually('it starts', () => existsSync(ready));
+    process.env.LIGHTMILL_LEAVE_MS = leaveMs;
+    await farm.close();
+    return readFileSync(log, 'utf8');
+  };
+  assert.equal(await end("trap 'echo counts; exit 0' TERM", '100000'), 'counts\n');
+  assert.equal(await end("trap '' TERM", '1'), '');
+  assert.equal(await end("trap 'echo counts; exit 0' TERM", '0'), '');
 });

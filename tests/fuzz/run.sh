@@ -1,12 +1,14 @@
 #!/bin/sh
 # Fuzzes the readers of files and bytes: builds the libFuzzer programs, and runs each for a time or a number of inputs,
-# one per core at a time. Findings go to build/fuzz/findings. Interesting inputs stay in build/fuzz/inputs, and the next
-# run continues from them. With --runs the seeded fuzz tests (messages, requests, pictures, rows of a store) run too.
+# one per core at a time, or fewer where memory is short. Findings go to build/fuzz/findings. Interesting inputs stay in
+# build/fuzz/inputs, and the next run continues from them. With --runs the seeded fuzz tests (messages, requests, pictures,
+# rows of a store) run too.
 #
 #   tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
 set -eu
 cd "$(dirname "$0")/../.."
 . deploy/environment.sh
+. deploy/lock.sh
 
 findings=build/fuzz/findings
 seeded=$(sed -n 's/^lightmill_test(\([a-z]*\)_fuzz_tests .*/\1/p' tests/fuzz/CMakeLists.txt | xargs)
@@ -79,13 +81,7 @@ for name in "$@"; do
 done
 
 deploy/setup --tests
-mkdir -p build
-exec 9>>build/test.lock
-if ! flock -w 1 9; then
-  echo "$0: a build or test of this checkout is running, in the same build folder. Start again when it has ended." >&2
-  exit 1
-fi
-echo $$ >build/test.lock
+lock_builds || exit 1
 compilers=$(python3 -B tests/runner/compilers.py)
 cmake --preset fuzz >/dev/null
 ninja -j "$compilers" -C build/fuzz fuzzers
@@ -94,7 +90,7 @@ if [ "${limit#-runs}" != "$limit" ]; then
   # shellcheck disable=SC2046,SC2086  # one word per program
   ninja -j "$compilers" -C build/release $(printf 'tests/%s_fuzz_tests ' $seeded)
 fi
-exec 9>&- # tests may run from here on
+unlock_builds
 if [ $# -eq 0 ]; then
   for program in build/fuzz/bin/*_fuzzer; do
     name=${program##*/}
@@ -105,7 +101,7 @@ fi
 
 rm -rf "$findings"
 mkdir -p "$findings"
-printf '%s\n' "$@" | xargs -n 1 -P "$(nproc)" tests/fuzz/run.sh --one "$limit"
+printf '%s\n' "$@" | xargs -n 1 -P "$compilers" tests/fuzz/run.sh --one "$limit"
 if [ -e "$findings/failed" ]; then
   exit 1
 fi

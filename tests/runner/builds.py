@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import time
 
 from process import BUILD, ROOT, Failed, compilers, output_of, run_logged, show_end_of, show_progress
@@ -17,6 +18,7 @@ class Run:
     files: tuple  # targets of ninja that it needs
     environment: dict
     timeout: float  # seconds
+    computes: bool  # takes one of the cores of tests that compute
 
     @property
     def report(self):
@@ -25,12 +27,24 @@ class Run:
         return output and pathlib.Path(output.removeprefix("xml:"))
 
 
+def settings_of(folder):
+    """What a build folder was configured with: its checkout, the presets, and the cached values of the variables that they set. CMake
+    stores a program by its name or by its path, and changes that."""
+    presets = (ROOT / "CMakePresets.json").read_text()
+    names = {name for preset in json.loads(presets)["configurePresets"] for name in preset.get("cacheVariables", ())}
+    cache = folder / "CMakeCache.txt"
+    lines = cache.read_text().splitlines() if cache.exists() else []
+    values = dict(match.groups() for line in lines if (match := re.match(r"(\w+):\w+=(.*)", line)) and match.group(1) in names)
+    return "\n".join([str(ROOT), presets, *sorted(f"{name}={shutil.which(value) or value}" for name, value in values.items())])
+
+
 def configure(preset):
-    """Updates the build folder from its CMake files and CMakePresets.json. A copy of a checkout's build folder starts again."""
+    """Updates the build folder from its CMake files and CMakePresets.json. A copy of a checkout's build folder starts again. So does
+    one whose variables were set by hand."""
     folder = BUILD / preset
-    used, now = folder / "used_presets", f"{ROOT}\n{(ROOT / 'CMakePresets.json').read_text()}"
+    used = folder / "used_settings"
     command = ["ninja", "-C", f"build/{preset}", "build.ninja"]
-    if not used.exists() or used.read_text() != now:
+    if not used.exists() or used.read_text() != settings_of(folder):
         (folder / "CMakeCache.txt").unlink(missing_ok=True)
         command = ["cmake", "--preset", preset]
     log = folder / "configure.log"
@@ -39,7 +53,7 @@ def configure(preset):
         show_end_of(log)
         print(f"{' '.join(command)} failed: {log.relative_to(ROOT)}")
         raise Failed
-    used.write_text(now)
+    used.write_text(settings_of(folder))
 
 
 class Steps:
@@ -79,7 +93,7 @@ def runs_of(preset):
         runs.append(Run(test["name"], tuple(properties.get("LABELS", [])),
                         tuple(os.path.relpath(file, BUILD / preset) for file in properties.get("REQUIRED_FILES", [])),
                         dict(each.split("=", 1) for each in properties.get("ENVIRONMENT", [])),
-                        properties.get("TIMEOUT", 600)))
+                        properties.get("TIMEOUT", 600), "RESOURCE_GROUPS" in properties))
     return runs
 
 

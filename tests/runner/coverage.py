@@ -6,6 +6,7 @@ from builds import build, files_of, runs_of
 from process import BUILD, CORES, ROOT, Failed, Stopwatch, install_packages, run_logged, show_end_of
 from results import print_end, run_tests
 
+BUILDS_ELSEWHERE = ("deploy.quickstart",)  # runs that build again what they test, beside the programs that they need
 FOLDERS = ("common", "server", "worker", "client")
 
 
@@ -26,7 +27,8 @@ def run_coverage(everything):
         install_packages("--coverage")
     preset, folder, watch = "coverage", BUILD / "results" / "coverage", Stopwatch()
     # A long run without files builds what it tests elsewhere.
-    runs = [run for run in runs_of(preset) if "long" not in run.labels or everything and run.files]
+    runs = [run for run in runs_of(preset)
+            if "long" not in run.labels or everything and run.files and run.name not in BUILDS_ELSEWHERE]
     build(preset, files_of(runs), folder / "build.log")
     for counts in (BUILD / preset).rglob("*.gcda"):
         counts.unlink()

@@ -62,7 +62,8 @@ def write_filtered(folder, preset, runs, filters):
         filtered.append(dataclasses.replace(run, name=program, environment=environment))
         settings = ";".join(f"{name}={value}" for name, value in environment.items())
         lines += [f'add_test({program} "{BUILD / preset / "tests" / program}")',
-                  f'set_tests_properties({program} PROPERTIES TIMEOUT {run.timeout:.0f} ENVIRONMENT "{settings}")']
+                  f'set_tests_properties({program} PROPERTIES TIMEOUT {run.timeout:.0f} ENVIRONMENT "{settings}"'
+                  f'{" RESOURCE_GROUPS cores:1" if run.computes else ""})']
     (folder / "CTestTestfile.cmake").write_text("\n".join(lines))
     return filtered
 

@@ -51,7 +51,7 @@ def labelled(*labels, without=()):
 
 
 DEFAULT_PIECES = [
-    Piece("release", "release", lambda run: "long" not in run.labels and ("asan" not in run.labels or "release" in run.labels)),
+    Piece("release build", "release", lambda run: "long" not in run.labels and ("asan" not in run.labels or "release" in run.labels)),
     Piece("address and undefined-behaviour sanitizers", "asan", labelled("asan", without=("long",))),
 ]
 

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Tests the runner with a small project. It must never report a failure as a pass.
 
-  runner_test.py SOURCE-FOLDER TOY-PROGRAM
+  runner_test.py [TEST...] SOURCE-FOLDER TOY-PROGRAM
+
+With SHARD=2/4 in the environment it runs the second quarter of its tests.
 """
 import json
 import os
@@ -20,7 +22,7 @@ SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 PATIENCE = 120
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WAITS = """
-script(waits "touch '${CMAKE_BINARY_DIR}/begun'; while [ ! -e '${CMAKE_BINARY_DIR}/go' ]; do sleep 0.01; done
+script(waits "touch '${CMAKE_BINARY_DIR}/begun'; while [ -e '${CMAKE_BINARY_DIR}/begun' ] && [ ! -e '${CMAKE_BINARY_DIR}/go' ]; do sleep 0.01; done
   sh -c 'kill -HUP $$'; test $? = 129" lint)
 """
 CMAKE = """
@@ -48,6 +50,15 @@ endfunction()
 add_custom_target(programs)
 include(runs.cmake)
 lightmill_write_test_programs()
+"""
+GCOVR = """#!/usr/bin/env python3
+import json, pathlib, sys
+
+old = list(pathlib.Path("build/coverage").rglob("*.gcda"))
+sys.exit(f"not removed: {old}") if old else None
+files = [{"filename": "common/a.cpp", "line_total": 3, "line_covered": 2}, {"filename": "common/b.cpp", "line_total": 1, "line_covered": 1},
+         {"filename": "client/c.cpp", "line_total": 4, "line_covered": 0}]
+pathlib.Path(sys.argv[sys.argv.index("--json-summary") + 1]).write_text(json.dumps({"files": files}))
 """
 DEFAULT = """
 program(asan_tests Toy.Passes unit asan)
@@ -91,6 +102,7 @@ class Runner(unittest.TestCase):
     def plant_presets(self, variables):
         presets = [{"name": name, "generator": "Ninja", "binaryDir": "${sourceDir}/build/${presetName}", "cacheVariables": variables}
                    for name in ("release", "asan", "ubsan", "tsan", "fuzz", "plain")]
+        presets.append({**presets[0], "name": "coverage", "cacheVariables": {"CMAKE_CXX_FLAGS": "--coverage"}})
         self.plant("CMakePresets.json", json.dumps({"version": 6, "configurePresets": presets}))
 
     def plant_runs(self, text):
@@ -108,12 +120,26 @@ class Runner(unittest.TestCase):
         def set_signals():
             for number in SIGNALS:
                 signal.signal(number, signal.SIG_IGN if number in ignored else signal.SIG_DFL)
-        return subprocess.Popen([sys.executable, "-B", self.root / "tests" / "runner", *arguments], stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True, env=env, preexec_fn=set_signals)
+        process = subprocess.Popen([sys.executable, "-B", self.root / "tests" / "runner", *arguments], stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True, env=env, preexec_fn=set_signals)
+        self.addCleanup(self.stop, process)
+        return process
 
-    def end(self, process):
+    def stop(self, process):
+        """Ends a runner that a failed test has left, with its commands. Returns its output."""
+        process.terminate()
+        try:
+            return process.communicate(timeout=PATIENCE)[0]
+        finally:
+            process.kill()
+            process.communicate()
+
+    def end(self, process, patience=PATIENCE):
         """Whether it passed, and its output."""
-        said, _ = process.communicate(timeout=PATIENCE)
+        try:
+            said, _ = process.communicate(timeout=patience)
+        except subprocess.TimeoutExpired:
+            self.fail(f"the runner did not end within {patience} s:\n{self.stop(process)}")
         return process.returncode == 0, said
 
     def output_of(self, script):
@@ -136,6 +162,14 @@ class Runner(unittest.TestCase):
             self.assertRegex(said, part)
         self.assertEqual(passed, passes, said)
 
+    def wait_until_no_run(self):
+        """The last output of --status."""
+        until = time.monotonic() + PATIENCE
+        while "no run is active" not in (said := self.run_it("--status")[1]):
+            self.assertLess(time.monotonic(), until, said)
+            time.sleep(0.02)
+        return said
+
     def wait_for(self, path):
         until = time.monotonic() + PATIENCE
         while not (self.root / path).exists():
@@ -151,7 +185,7 @@ class Runner(unittest.TestCase):
         self.plant_runs("program(twice_tests Toy.Passes unit asan release)\nprogram(hard_tests Toy.Passes fuzz asan long)\n")
         self.assert_passes([], r"\n4 passed, 0 failed, 0 skipped\n")
         # After the default suite, nothing runs twice in the same build.
-        self.assert_passes(["--list"], "release: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
+        self.assert_passes(["--list"], "release build: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
                            "long: hard_tests: hard_tests\n", "release: readers of untrusted input: asan_tests\n", "asan: unit: other_tests\n",
                            "asan: fuzz: hard_tests\n", "ubsan: unit: asan_tests other_tests twice_tests\n", "ubsan: fuzz: hard_tests\n")
         self.assert_passes(["release: readers of untrusted input"], r"\n1 passed")
@@ -177,7 +211,7 @@ class Runner(unittest.TestCase):
                      "too.late"):
             self.assertRegex(listed, rf"\n? *{re.escape(name)}\n")
         self.assertRegex(said, r"\nfailed: Toy.Crashes\n    crashes_tests: Subprocess aborted Exception\n(    .*\n)*    .*Toy.Crashes")
-        self.assertRegex(said, r"\nlog: build/results/release/test.log\n")
+        self.assertRegex(said, r"\nlog: build/results/release-build/test.log\n")
         self.assertRegex(said, r"\nskipped:\n(.*\n)*  Toy.IsSkipped: no such tool\n")
         self.assertRegex(said, r"  skips.script: exit code 77\n")
         self.assertRegex(said, r"  lacks.shell: zsh is not installed\n")
@@ -228,6 +262,28 @@ class Runner(unittest.TestCase):
         self.assert_fails(["IsOff"], "names none that is enabled")
         self.assert_fails(["IsNeverRun"], "no program that was built has a test of this name")
 
+    def test_a_test_that_was_chosen_by_name_takes_a_core_if_it_computes(self):
+        self.plant_runs("program(waits_tests Toy.Passes integration)\n")
+        self.assert_passes(["Toy.Passes"])
+        slots = {}
+        for line in (self.root / "build/results/named/tests/CTestTestfile.cmake").read_text().splitlines():
+            if match := re.match(r"set_tests_properties\((\w+) ", line):
+                slots[match.group(1)] = "RESOURCE_GROUPS cores:1" in line
+        self.assertEqual(slots, {"asan_tests": True, "other_tests": True, "waits_tests": False})
+
+    def test_no_piece_has_the_name_of_a_label(self):
+        self.plant_runs("program(twice_tests Toy.Passes unit asan release)\nprogram(once_tests Toy.Passes unit)\n")
+        self.assert_passes(["release"], r"\n1 passed")
+        self.assert_passes(["release build"], r"\n3 passed")
+        script = """
+import pathlib, re
+import pieces
+
+labels = re.search(r"set\\(LIGHTMILL_LABELS (.*)\\)", pathlib.Path("cmake/tests.cmake").read_text()).group(1).split()
+print({piece.name for piece in pieces.DEFAULT_PIECES + pieces.LAST_PIECES} & {*labels, "asan", "tsan", "ubsan"})
+"""
+        self.assertEqual(self.output_of(script), "set()\n")
+
     def test_a_failure_before_the_deadline_is_reported(self):
         self.plant_runs('''
             script(a.fails "exit 1" lint)
@@ -235,15 +291,135 @@ class Runner(unittest.TestCase):
             set_tests_properties(b.lasts PROPERTIES DEPENDS a.fails)
         ''')
         self.assert_fails(["--all", "--minutes", "600"], r"time limit reached: b.lasts had run for \d+ s\n", r"failed:\n  a.fails",
-                          r"\nfailed +release\n")
+                          r"\nfailed +release build\n")
 
     def test_an_unfinished_suite_fails(self):
         self.plant_runs('script(lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)\n' + OTHERS)
-        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release\n", r"\npieces that were not reached: 1\n")
+        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release build\n", r"\npieces that were not reached: 1\n")
 
     def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
         self.assert_fails(["--all", "--in-turn", "--minutes", "0.0001"], "not reached +long: lasts")
+
+    def test_in_turn_a_run_passes_if_a_piece_ended_and_none_failed(self):
+        script = """
+import contextlib, io, types
+import pieces
+from process import Row
+from results import Results
+
+def run(seconds, failed=(), rotate=True):
+    now = [0]
+    deadlines = []
+
+    def do_piece(piece, deadline, others):
+        deadlines.append(deadline)
+        end = now[0] + seconds[piece.name]
+        now[0] = min(end, deadline)
+        return [pieces.Outcome(piece.name, Results([Row(piece.name, 1, int(piece.name in failed))], is_late=end > deadline))]
+    all_pieces = [pieces.Piece(name, "release") for name in seconds]
+    kept = types.SimpleNamespace(done={})
+    kept.record = kept.done.update
+    pieces.DEFAULT_PIECES, pieces.later_pieces, pieces.in_turn = [], lambda _: all_pieces, lambda each: each
+    pieces.State, pieces.do_piece = lambda _: kept, do_piece
+    pieces.time = types.SimpleNamespace(monotonic=lambda: now[0])
+    with contextlib.redirect_stdout(io.StringIO()):
+        passed = pieces.run_all(1, rotate)
+    print(passed, deadlines, *kept.done.values(), sep=", ")
+
+run({"a": 20, "b": 90, "c": 1})  # the second is stopped after half of the minute
+run({"a": 90, "b": 90, "c": 1})
+run({"a": 20, "b": 20}, failed=["b"])
+run({"a": 20, "b": 20})
+"""
+        self.assertEqual(self.output_of(script).splitlines(), [
+            "True, [30.0, 50.0, 60], passed, not reached, passed",
+            "False, [30.0, 60], not reached, not reached, not reached",
+            "False, [30.0, 50.0], passed, failed",
+            "True, [30.0, 50.0], passed, passed"])
+
+    def test_the_deadline_ends_a_build(self):
+        self.plant_runs("""
+            file(WRITE ${CMAKE_BINARY_DIR}/slow.sh "cd '${CMAKE_SOURCE_DIR}'; echo $$ >pid; kill -ALRM $(cat runner); sleep 600")
+            add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/slow COMMAND sh ${CMAKE_BINARY_DIR}/slow.sh)
+            add_custom_target(slow.built DEPENDS ${CMAKE_BINARY_DIR}/slow)
+            lightmill_run(needs.slow LABELS unit NEEDS slow COMMAND true)
+        """)
+        script = """
+import os, pathlib, time
+import pieces
+
+pathlib.Path("runner").write_text(str(os.getpid()))
+[outcome] = pieces.do_piece(pieces.Piece("one", "release", lambda run: run.name == "needs.slow"), time.monotonic() + 600)
+print(outcome.state, [row.part for row in outcome.results.rows])
+"""
+        self.assertRegex(self.output_of(script), r"\nnot reached \['one: build'\]\n$")
+        self.assertFalse(is_alive((self.root / "pid").read_text().strip()))
+
+    def test_tests_write_to_the_memory_disk_if_it_has_space(self):
+        script = """
+import os, pathlib, subprocess
+import session
+
+ended = subprocess.Popen(["true"])
+ended.wait()
+disk = session.MEMORY_DISK = pathlib.Path("disk")
+session.free_memory, session.MEMORY_DISK_BYTES = (lambda: 64 << 30), 1
+print(session.why_no_memory_disk())
+disk.mkdir()
+for name in (f"lightmill-{ended.pid}", "lightmill-1", f"other-{ended.pid}"):
+    (disk / name / "inner").mkdir(parents=True)
+for name in ("faketime_shm_", "sem.faketime_sem_"):
+    (disk / f"{name}{ended.pid}").touch()
+os.environ["TMPDIR"] = "before"
+with session.temporary_folder():
+    folder = pathlib.Path(os.environ["TMPDIR"])
+    (folder / "file").touch()
+    print(sorted(path.name.replace(str(os.getpid()), "own").replace(str(ended.pid), "ended") for path in disk.iterdir()),
+          oct(folder.stat().st_mode & 0o777))
+print(folder.exists())
+os.environ["TMPDIR"] = "before"
+session.free_memory = lambda: 3 << 30
+with session.temporary_folder():
+    print(os.environ["TMPDIR"])
+session.MEMORY_DISK_BYTES = 1 << 60
+print(session.why_no_memory_disk())
+"""
+        self.assertEqual(self.output_of(script).splitlines(), [
+            "there is no disk", "['lightmill-1', 'lightmill-own', 'other-ended'] 0o755", "False",
+            "less than 4 GiB of memory are free: the tests write to a disk, which takes longer", "before",
+            "disk has less than 1073741824 GiB free"])
+
+    def test_coverage_is_counted_by_folder(self):
+        self.plant_runs('''
+            script(counts "test $LIGHTMILL_LEAVE_MS = 10000" lint)
+            program(long_tests Toy.Passes unit long)
+            script(builds.elsewhere "exit 1" long)
+            lightmill_run(deploy.quickstart LABELS long NEEDS long_tests COMMAND false)
+        ''')
+        tools = self.root / "build" / "tools"
+        tools.mkdir(parents=True)
+        for name in ("cmake", "ctest", "git", "ninja", "python3", "sh"):
+            (tools / name).symlink_to(shutil.which(name))
+        environment = {**os.environ, "PATH": str(tools)}
+        # The package brings gcovr.
+        self.plant("gcovr", GCOVR).chmod(0o755)
+        self.plant("deploy/setup", "#!/bin/sh\necho $1 >>installed\n[ $1 = --tests ] || ${PATH}/cmake -E copy gcovr ${PATH}\n")
+        self.plant("build/coverage/old.gcda", "")
+        passed, said = self.end(self.start("--coverage", env=environment))
+        self.assertTrue(passed, said)
+        self.assertRegex(said, r"\n3 passed, 0 failed, 0 skipped\n")
+        self.assertEqual((self.root / "installed").read_text(), "--tests\n--coverage\n")
+        self.assertEqual([line.split() for line in said.splitlines()[-6:]], [
+            ["folder", "lines", "run", "share"], ["common", "4", "3", "75.0%"], ["server", "0", "0", "0.0%"], ["worker", "0", "0", "0.0%"],
+            ["client", "4", "0", "0.0%"], ["all", "8", "3", "37.5%"]])
+        passed, said = self.end(self.start("--coverage", "--all", env=environment))
+        self.assertTrue(passed, said)
+        self.assertRegex(said, r"\n4 passed, 0 failed, 0 skipped\n")
+        (tools / "gcovr").write_text("#!/bin/sh\necho no data; exit 1\n")
+        passed, said = self.end(self.start("--coverage", env=environment))
+        self.assertFalse(passed)
+        self.assertRegex(said, r"\nno data\n")
 
     def test_over_many_commits_each_piece_gets_its_turn(self):
         script = """
@@ -262,9 +438,9 @@ for _ in range(60):
         ''' + OTHERS)
         for state in ("failed", "failed, then passed"):
             self.run_it("--all")
-            self.assert_passes(["--status"], "no run is active", f"\n{state} +release\n", "passed +tsan: threads\n",
+            self.assert_passes(["--status"], "no run is active", f"\n{state} +release build\n", "passed +tsan: threads\n",
                                "skipped +long: lacks.tool\n")
-        self.assert_fails(["--all"], "failed, then passed +release\n")
+        self.assert_fails(["--all"], "failed, then passed +release build\n")
 
     def test_an_unknown_label_fails(self):
         self.plant_runs('script(new.one "exit 0" uint)\n')
@@ -297,6 +473,32 @@ for _ in range(60):
         self.plant_presets({"VALUE": "7"})
         self.assert_passes(["new.one"], r"\n1 passed")
 
+    def test_variables_that_were_set_by_hand_are_those_of_the_preset_again(self):
+        self.plant_presets({"VALUE": "7"})
+        self.plant_runs('script(new.one "test ${VALUE} = 7" lint)\n')
+        self.assert_passes(["new.one"])
+        subprocess.run(["cmake", "--preset", "release", "-DVALUE=8"], cwd=self.root, check=True, capture_output=True)
+        self.assert_passes(["new.one"], r"\n1 passed")
+        # Then nothing is configured again.
+        self.assert_passes(["new.one"], r"\n1 passed")
+        self.assertIn("ninja: no work to do", (self.root / "build/release/configure.log").read_text())
+
+    def test_a_compiler_is_the_same_by_its_name_and_by_its_path(self):
+        script = """
+import pathlib, shutil
+import builds
+
+pathlib.Path("build/release").mkdir(parents=True)
+for line in ("UNINITIALIZED=sh", f"STRING={shutil.which('sh')}", "STRING=bash"):
+    pathlib.Path("build/release/CMakeCache.txt").write_text(f"VALUE:{line}\\nOTHER:STRING=1\\n")
+    print(builds.settings_of(pathlib.Path("build/release")).splitlines()[2:])
+"""
+        self.plant_presets({"VALUE": "sh"})
+        by_name, by_path, other = self.output_of(script).splitlines()
+        self.assertEqual(by_name, by_path)
+        self.assertNotEqual(by_name, other)
+        self.assertNotIn("OTHER", other)
+
     def test_a_second_runner_in_one_checkout_is_refused(self):
         self.plant_runs(WAITS)
         first = self.start("waits")
@@ -314,8 +516,14 @@ for _ in range(60):
         self.end(first)
         self.assert_fails(["asan_tests"], f"a command of the killed process {first.pid} works in this checkout already")
         self.plant("build/release/go", "")
-        while "no run is active" not in self.run_it("--status")[1]:
-            time.sleep(0.02)
+        self.wait_until_no_run()
+
+    def test_a_runner_that_hangs_fails_its_test_and_is_ended(self):
+        self.plant_runs('script(stays "echo $$ >new; mv new begun; sleep 600" lint)\n')
+        process = self.start("stays")
+        pid = self.wait_for("build/release/begun").strip()
+        self.assertRaisesRegex(AssertionError, r"did not end within 0.1 s:\n(.*\n)*interrupted: stays", self.end, process, 0.1)
+        self.assertFalse(is_alive(pid))
 
     def test_an_ignored_hangup_stays_ignored(self):
         self.plant_runs(WAITS)
@@ -381,6 +589,8 @@ print(process.compilers(), *results.slots())
         self.assertRegex(said, r"^\./test\.sh: .*build/results.*\n$")
 
     def test_signals_end_everything(self):
+        process = self.root / "tests/runner/process.py"
+        self.plant(process, process.read_text().replace("SECONDS_TO_END = 10 ", "SECONDS_TO_END = 1 "))
         for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
             self.plant_runs(f"""
                 foreach(label lint asan)
@@ -402,9 +612,8 @@ print(process.compilers(), *results.slots())
             script(stays "echo $$ >new; mv new begun; while :; do sleep 0.1; done" asan)
         """)
         process = self.start()
-        self.addCleanup(process.kill)
         pid = self.wait_for("build/asan/begun").strip()
-        while "tests passed" not in self.wait_for("build/results/release/test.log"):
+        while "tests passed" not in self.wait_for("build/results/release-build/test.log"):
             time.sleep(0.01)
         process.send_signal(signal.SIGTERM)
         self.assertIn("interrupted", self.end(process)[1])
@@ -450,9 +659,7 @@ with process.beside(work, pathlib.Path("log")):
     def test_it_runs_in_the_background(self):
         self.plant_runs("")
         self.assert_passes(["--repeat", "1", "--background"], "its log is build/repeat/log")
-        while "no run is active" not in (said := self.run_it("--status")[1]):
-            time.sleep(0.2)
-        self.assertRegex(said, r"\n1 +2 +\d+  \n")
+        self.assertRegex(self.wait_until_no_run(), r"\n1 +2 +\d+  \n")
 
     def test_repeated_runs_are_remembered(self):
         self.plant_runs('script(counts "echo >>${CMAKE_SOURCE_DIR}/build/count" lint)\n')
@@ -472,6 +679,11 @@ with process.beside(work, pathlib.Path("log")):
         self.plant_runs("")
         self.assert_passes(["asan_tests"])
         self.assertEqual((self.root / "installed").read_text(), "--tests\n")
+
+
+def load_tests(_, suites, __):
+    shard, shards = map(int, os.environ.get("SHARD", "1/1").split("/"))
+    return unittest.TestSuite([test for suite in suites for test in suite][shard - 1::shards])
 
 
 if __name__ == "__main__":

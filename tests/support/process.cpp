@@ -133,6 +133,11 @@ BackgroundProcess::BackgroundProcess(const std::vector<std::string>& arguments, 
 }
 
 BackgroundProcess::~BackgroundProcess() {
+  if (const char* limit_ms = std::getenv("LIGHTMILL_LEAVE_MS"); limit_ms != nullptr && runs()) {
+    send(SIGTERM);
+    send(SIGCONT);  // it may be stopped
+    wait(std::chrono::milliseconds(std::atoi(limit_ms)));
+  }
   send(SIGKILL);
   eventually([this] { return !runs(); });
   const std::string why = crash();

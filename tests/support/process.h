@@ -29,6 +29,8 @@ CommandResult run_command(const std::vector<std::string>& arguments, const Envir
                           std::chrono::seconds limit = kPatience);
 
 /// A background program. It is killed and waited for at the end of its scope. The kernel kills it if the test dies.
+/// If LIGHTMILL_LEAVE_MS is set, it gets SIGTERM first, and so many milliseconds to end. A killed program would lose its
+/// counts of lines in the coverage build.
 /// Its crash fails the test, or the program if no test runs. A crash is an end by a signal that the test did not send, an
 /// exit code that the test did not ask for, or a report of a fault in the log.
 class BackgroundProcess {

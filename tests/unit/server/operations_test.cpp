@@ -2,6 +2,7 @@
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <future>
 #include <map>
@@ -245,6 +246,27 @@ TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(7);
   EXPECT_EQ(start(asked, anybody()).get().code(), StatusCode::kNotFound);
   EXPECT_TRUE(actions().empty());
+}
+
+TEST_F(OperationCallTest, AWorkersHistoryHasItsMinutes) {
+  on_farm([](FarmLoop::TaskContext& context) {
+    for (int i = 0; i < 7; ++i) {  // the first may be a moment, and no interval yet
+      context.activity.history.add({.workers = {{"box", 1, 1, 5, 2, 700}}}, context.now + i * FarmHistory::kInterval,
+                                   60'000);
+    }
+  });
+  const auto operation = std::ranges::find(operations(), "GET workers/{name}/history", &Operation::http);
+  ASSERT_NE(operation, operations().end());
+  const auto asked = std::make_shared<OperationCall>(*runtime, *operation);
+  static_cast<v1::WorkerHistoryRequest&>(asked->request()).set_name("box");
+  EXPECT_TRUE(start(asked, user("ada")).get().ok());
+  const auto& history = static_cast<const v1::WorkerHistory&>(asked->reply());
+  ASSERT_EQ(history.minutes_size(), 1);
+  EXPECT_EQ(history.minutes(0).unix_ms(), 60'000);
+  EXPECT_GE(history.minutes(0).seconds(), 50);
+  EXPECT_EQ(history.minutes(0).results(), 5u);
+  EXPECT_EQ(history.minutes(0).units_lost(), 2u);
+  EXPECT_EQ(history.minutes(0).pixel_samples(), 700);
 }
 
 TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
