@@ -399,8 +399,9 @@ print(session.why_no_memory_disk())
         ''')
         tools = self.root / "build" / "tools"
         tools.mkdir(parents=True)
-        for name in ("cmake", "ctest", "git", "ninja", "python3", "sh"):
+        for name in ("cmake", "ctest", "git", "ninja", "sh"):
             (tools / name).symlink_to(shutil.which(name))
+        (tools / "python3").symlink_to(sys.executable)  # the one in PATH may be a script that needs other tools
         environment = {**os.environ, "PATH": str(tools)}
         # The package brings gcovr.
         self.plant("gcovr", GCOVR).chmod(0o755)
