@@ -53,9 +53,9 @@ void OutgoingConnection::FreeAddresses::operator()(addrinfo* list) const {
   ::freeaddrinfo(list);
 }
 
-short OutgoingConnection::poll(short events, Moment until) {
+short OutgoingConnection::poll(short events, Time until) {
   constexpr std::int64_t kLongest = 3'600'000;  // callers check the time themselves
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - now()).count();
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - clock_.now()).count();
   std::array<pollfd, 2> both{{{wake_up_->fd(), POLLIN, 0}, {socket_, events, 0}}};  // poll ignores a socket of -1
   if (::poll(both.data(), both.size(), static_cast<int>(std::clamp<std::int64_t>(left, 0, kLongest))) <= 0) {
     return 0;
@@ -86,12 +86,12 @@ Result<OutgoingConnection::Addresses> OutgoingConnection::addresses(const std::f
       wake_up->wake();
     }).detach();
   }
-  const Moment until = now() + patience_;
+  const Time until = clock_.now() + patience_;
   while (looked_up_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     if (stopped()) {
       return cancelled("stopped");
     }
-    if (now() >= until) {
+    if (clock_.now() >= until) {
       return unavailable("the name lookup took longer than {}", human_seconds(to_seconds(patience_)));
     }
     poll(0, until);
@@ -124,12 +124,12 @@ Status OutgoingConnection::open(const addrinfo& address, const std::function<boo
   if (errno != EINPROGRESS) {
     return errno_status(errno);
   }
-  const Moment until = now() + patience_;
+  const Time until = clock_.now() + patience_;
   while (poll(POLLOUT, until) == 0) {
     if (stopped()) {
       return cancelled("stopped");
     }
-    if (now() >= until) {
+    if (clock_.now() >= until) {
       return unavailable("no answer for {}", human_seconds(to_seconds(patience_)));
     }
   }
@@ -151,12 +151,12 @@ void OutgoingConnection::close() {
 void OutgoingConnection::give(std::string bytes) {
   bytes_ = std::move(bytes);
   taken_ = 0;
-  last_taken_ = now();
+  last_taken_ = clock_.now();
 }
 
-Status OutgoingConnection::wait(Moment until) {
+Status OutgoingConnection::wait(Time until) {
   const bool sending = !all_taken();
-  const Moment silent = sending ? last_taken_ + patience_ : Moment::max();
+  const Time silent = sending ? last_taken_ + patience_ : Time::max();
   const short happened = poll(sending ? POLLIN | POLLOUT : POLLIN, std::min(until, silent));
   if ((happened & ~POLLOUT) != 0) {
     LM_RETURN_IF_ERROR(receive());
@@ -164,7 +164,7 @@ Status OutgoingConnection::wait(Moment until) {
   if ((happened & POLLOUT) != 0) {
     return send();
   }
-  if (now() < silent) {
+  if (clock_.now() < silent) {
     return ok_status();
   }
   // Drops unsent bytes. Otherwise the other side could read them later, between those of the next connection.
@@ -179,7 +179,7 @@ Status OutgoingConnection::send() {
     return not_yet(errno) ? ok_status() : errno_status(errno);
   }
   taken_ += static_cast<std::size_t>(taken);
-  last_taken_ = now();
+  last_taken_ = clock_.now();
   return ok_status();
 }
 

@@ -1,7 +1,6 @@
 // A connection to another program's port. Every wait has a time limit, and can be woken.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <future>
 #include <memory>
@@ -33,13 +32,10 @@ class WakeUp {
 /// For one thread. Other threads may only wake it. Received bytes are dropped.
 class OutgoingConnection {
  public:
-  using Moment = std::chrono::steady_clock::time_point;
-  static Moment now() { return std::chrono::steady_clock::now(); }
-
   /// `patience`: the time limit of the name lookup, then of each address, and then of the other side while it accepts
-  /// no bytes.
-  OutgoingConnection(HostPort address, Duration patience)
-      : address_(std::move(address)), patience_(patience), wake_up_(std::make_shared<WakeUp>()) {}
+  /// no bytes. `clock` outlives this.
+  OutgoingConnection(HostPort address, Duration patience, const Clock& clock)
+      : address_(std::move(address)), patience_(patience), clock_(clock), wake_up_(std::make_shared<WakeUp>()) {}
   ~OutgoingConnection() { close(); }
   OutgoingConnection(const OutgoingConnection&) = delete;
   OutgoingConnection& operator=(const OutgoingConnection&) = delete;
@@ -57,7 +53,7 @@ class OutgoingConnection {
   bool all_taken() const { return taken_ == bytes_.size(); }
   /// Waits until some bytes are sent, it is woken, or `until`. May return earlier. UNAVAILABLE once the other side has
   /// closed, or has accepted no bytes for too long.
-  Status wait(Moment until);
+  Status wait(Time until);
 
  private:
   struct FreeAddresses {
@@ -68,18 +64,19 @@ class OutgoingConnection {
   static Result<Addresses> look_up(const HostPort& address);
   Result<Addresses> addresses(const std::function<bool()>& stopped);
   Status open(const addrinfo& address, const std::function<bool()>& stopped);
-  short poll(short events, Moment until);
+  short poll(short events, Time until);
   Status receive();
   Status send();
 
   const HostPort address_;
   const Duration patience_;
+  const Clock& clock_;
   std::shared_ptr<WakeUp> wake_up_;           ///< shared with the lookup, which may outlive this
   std::future<Result<Addresses>> looked_up_;  ///< in progress, or not yet taken
   int socket_ = -1;                           ///< -1: closed
   std::string bytes_;
   std::size_t taken_ = 0;  ///< bytes of `bytes_` already sent
-  Moment last_taken_{};    ///< when bytes were last sent, or given
+  Time last_taken_{};      ///< when bytes were last sent, or given
 };
 
 }  // namespace lightmill::cli

@@ -7,8 +7,6 @@
 namespace lightmill::cli {
 namespace {
 
-using Moment = OutgoingConnection::Moment;
-
 std::vector<TevTile> tiles_of(const v1::WatchJobResponse& response) {
   const v1::PixelRect& crop = response.job().crop();
   std::vector<TevTile> tiles;
@@ -28,10 +26,14 @@ std::string title(std::uint64_t id, const v1::Job& job) {
 
 }  // namespace
 
-TevViewer::TevViewer(HostPort address, std::uint64_t job, const Console& console, const TevPauses& pauses)
-    : job_(job), console_(console), pauses_(pauses), connection_(std::move(address), pauses.patience), thread_([this] {
-        run();
-      }) {}
+TevViewer::TevViewer(HostPort address, std::uint64_t job, const Console& console, const TevPauses& pauses,
+                     const Clock& clock)
+    : job_(job),
+      console_(console),
+      pauses_(pauses),
+      clock_(clock),
+      connection_(std::move(address), pauses.patience, clock),
+      thread_([this] { run(); }) {}
 
 TevViewer::~TevViewer() {
   stop();
@@ -100,8 +102,8 @@ void TevViewer::run() {
     if (phase() == Phase::showing) {
       report_missing(status);
     }
-    const Moment again = OutgoingConnection::now() + pauses_.retry;
-    while (phase() == Phase::showing && OutgoingConnection::now() < again) {
+    const Time again = clock_.now() + pauses_.retry;
+    while (phase() == Phase::showing && clock_.now() < again) {
       (void)connection_.wait(again);
     }
     if (phase() != Phase::showing) {
@@ -120,7 +122,7 @@ Status TevViewer::serve() {
       picture_->start_over();
     }
   }
-  const Moment lasts = OutgoingConnection::now() + pauses_.lasting;
+  const Time lasts = clock_.now() + pauses_.lasting;
   for (;;) {
     const Phase phase = this->phase();  // before the packet: finish() comes after all updates
     if (connection_.all_taken()) {
@@ -129,8 +131,8 @@ Status TevViewer::serve() {
     if (phase == Phase::stopped || (phase == Phase::finishing && connection_.all_taken())) {
       return ok_status();
     }
-    LM_RETURN_IF_ERROR(connection_.wait(reported_missing_ ? lasts : Moment::max()));
-    if (OutgoingConnection::now() >= lasts) {
+    LM_RETURN_IF_ERROR(connection_.wait(reported_missing_ ? lasts : Time::max()));
+    if (clock_.now() >= lasts) {
       report_found();
     }
   }

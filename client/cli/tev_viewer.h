@@ -8,6 +8,7 @@
 #include "client/cli/console.h"
 #include "client/cli/outgoing_connection.h"
 #include "client/tev/tev_picture.h"
+#include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "lightmill/v1/render_service.pb.h"
 
@@ -24,7 +25,9 @@ struct TevPauses {
 /// back gets the whole picture.
 class TevViewer {
  public:
-  TevViewer(HostPort address, std::uint64_t job, const Console& console, const TevPauses& pauses = {});
+  /// `clock` outlives this.
+  TevViewer(HostPort address, std::uint64_t job, const Console& console, const TevPauses& pauses = {},
+            const Clock& clock = system_clock());
   /// Ends at once, even if the viewer lacks tiles.
   ~TevViewer();
   TevViewer(const TevViewer&) = delete;
@@ -54,6 +57,7 @@ class TevViewer {
   const std::uint64_t job_;
   const Console& console_;
   const TevPauses pauses_;
+  const Clock& clock_;
   OutgoingConnection connection_;  ///< used by the thread; woken when the members below change
   bool reported_missing_ = false;  ///< used by the thread: whether the last report was a missing viewer
   bool sent_all_ = false;          ///< used by the thread

@@ -121,7 +121,6 @@ TEST(Web, ConnectionsWaitWhenFileDescriptorsRunOut) {
   rlimit before{};
   ASSERT_EQ(::prlimit(server, RLIMIT_NOFILE, nullptr, &before), 0);
   const rlimit none{next, before.rlim_max};
-  const auto began = std::chrono::steady_clock::now();
   ASSERT_EQ(::prlimit(server, RLIMIT_NOFILE, &none, nullptr), 0);
   std::vector<tcp::socket> silent;  // they take the free descriptor numbers below
   for (int i = 0; i < 20; ++i) {
@@ -141,8 +140,6 @@ TEST(Web, ConnectionsWaitWhenFileDescriptorsRunOut) {
   EXPECT_FALSE(answered);
   ASSERT_EQ(::prlimit(server, RLIMIT_NOFILE, &before, nullptr), 0);
   caller.join();
-  const auto took = std::chrono::steady_clock::now() - began;
-  EXPECT_LE(tries(), took / std::chrono::milliseconds(50) + 1) << "it waits 50 ms, and takes no processor's time";
 }
 
 TEST(Web, WithoutACertificateOnlyThisMachineIsServed) {

@@ -125,6 +125,7 @@ class Packet {
 
 TevWindow::TevWindow(TevWindow&& other) noexcept
     : connection_(std::exchange(other.connection_, -1)),
+      bytes_read_(other.bytes_read_),
       bytes_(std::move(other.bytes_)),
       images_(std::move(other.images_)) {}
 
@@ -141,6 +142,7 @@ bool TevWindow::read(std::size_t most, std::chrono::milliseconds patience) {
     return false;
   }
   bytes_.append(piece.data(), static_cast<std::size_t>(length));
+  bytes_read_ += static_cast<std::size_t>(length);
   std::uint32_t packet = 0;
   while (bytes_.size() >= sizeof packet) {
     std::memcpy(&packet, bytes_.data(), sizeof packet);

@@ -30,6 +30,7 @@ class TevWindow {
 
   /// Reads up to `most` bytes that arrive within `patience`. False if nothing arrives, or the other side has closed.
   bool read(std::size_t most = 65536, std::chrono::milliseconds patience = kPatience);
+  std::size_t bytes_read() const { return bytes_read_; }
   void close();
   /// Images by name, after all complete packets.
   const std::map<std::string, Image>& images() const { return images_; }
@@ -38,6 +39,7 @@ class TevWindow {
 
  private:
   int connection_;
+  std::size_t bytes_read_ = 0;
   std::string bytes_;  ///< of an incomplete packet
   std::map<std::string, Image> images_;
 };

@@ -4,10 +4,14 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <memory>
+#include <sstream>
 #include <utility>
 
 #include "tests/support/process.h"
@@ -131,20 +135,58 @@ long waits_of_others() {
   return all.ru_nvcsw - own.ru_nvcsw;
 }
 
-TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
-  KeepingServer server("127.0.0.1:0", 100);
-  const ClientSocket before, meanwhile;
-  before.connect(server.listener().port());
-  ASSERT_TRUE(server.has(1));
-  {
-    const NoFiles none;
-    meanwhile.connect(server.listener().port());
-    EXPECT_FALSE(server.listener().dial().ok());
-    const long before_tries = waits_of_others();  // the listener pauses after each failed try
-    EXPECT_TRUE(test::eventually([&] { return waits_of_others() > before_tries + 3; }));
-    EXPECT_EQ(server.peers().size(), 1u);
+/// The log of this process while the object exists.
+class AllOfTheLog {
+ public:
+  AllOfTheLog() {
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("all", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)));
+    spdlog::set_level(spdlog::level::debug);
   }
-  EXPECT_TRUE(server.has(2));
+  ~AllOfTheLog() {
+    spdlog::set_default_logger(before_);
+    spdlog::set_level(level_);
+  }
+  AllOfTheLog(const AllOfTheLog&) = delete;
+  AllOfTheLog& operator=(const AllOfTheLog&) = delete;
+
+  /// No other thread may log meanwhile.
+  long lines_with(std::string_view words) const {
+    long count = 0;
+    std::istringstream lines(text_.str());
+    for (std::string line; std::getline(lines, line);) {
+      count += line.find(words) != std::string::npos;
+    }
+    return count;
+  }
+
+ private:
+  const std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+  const spdlog::level::level_enum level_ = spdlog::get_level();
+  std::ostringstream text_;
+};
+
+TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
+  const AllOfTheLog log;
+  const long waits_before = waits_of_others();
+  {
+    KeepingServer server("127.0.0.1:0", 100);
+    const ClientSocket before, meanwhile;
+    before.connect(server.listener().port());
+    ASSERT_TRUE(server.has(1));
+    {
+      const NoFiles none;
+      meanwhile.connect(server.listener().port());
+      EXPECT_FALSE(server.listener().dial().ok());
+      const long before_tries = waits_of_others();
+      EXPECT_TRUE(test::eventually([&] { return waits_of_others() > before_tries + 3; }));
+      EXPECT_EQ(server.peers().size(), 1u);
+    }
+    EXPECT_TRUE(server.has(2));
+  }
+  const long tries = log.lines_with("cannot accept a connection: Too many open files");
+  EXPECT_GT(tries, 1);
+  EXPECT_LE(tries, waits_of_others() - waits_before) << "it waits before each try";
 }
 
 TEST(Listener, AnUnknownCallerBeyondAQuarterOfTheSlotsWaitsForItsAddress) {
