@@ -124,7 +124,7 @@ grpc::StatusCode send_compressed(const std::string& address, const std::string& 
 }
 
 TEST(OutOfMemory, CompressedMessagesAreNotDecompressed) {
-  constexpr std::size_t kBytes = std::size_t{256} << 20;  // 260 kB, compressed
+  constexpr std::size_t kBytes = std::size_t{128} << 20;  // 130 kB, compressed
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
