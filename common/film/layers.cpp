@@ -105,7 +105,7 @@ Status check_method_layers(std::string_view method, const std::vector<LayerSpec>
     const bool light = all && !light_group_of(layer.name).empty();
     if (layer.name != "beauty" && !light && std::ranges::find(known, layer.name) == known.end()) {
       return invalid_argument("method {} has no layer \"{}\"; it has {}{}", printable(method), layer.name,
-                              fmt::join(known, ", "), layer.name == kAll.front() ? ". The method caustic has it" : "");
+                              fmt::join(known, ", "), layer.name == "caustic" ? ". The method caustic has it" : "");
     }
   }
   return ok_status();

@@ -62,7 +62,7 @@ std::array<double, 3> principled_bound(const PrincipledMaterial& m) {
 
 /// The same with its sheen, which reduces the base by the reflectance of the largest component of its colour.
 std::array<double, 3> with_sheen(const PrincipledMaterial& m, const std::array<double, 3>& base) {
-  constexpr double kMostSheen = 0.3;  // of white sheen in even light, at roughness 1
+  constexpr double kMostSheen = 0.3;  // of white sheen in uniform light, at roughness 1
   const RgbColor& c = m.sheen_color.rgb;
   const double taken = kMostSheen * std::max({c.r, c.g, c.b});
   const auto bound = [&](double below, float sheen) {

@@ -2,6 +2,7 @@
 // double precision and no code of the renderer.
 #include <cmath>
 
+#include "tests/analytic/materials/published_formulas.h"
 #include "tests/analytic/scene_text.h"
 
 namespace lightmill::test {
@@ -25,19 +26,6 @@ double brushed_formula(double roughness, double strength, const Vec3d& x, const 
   const double w2 = at * ab / glm::dot(f, f), d = at * ab * w2 * w2 / M_PI;
   const auto length = [&](const Vec3d& w) { return glm::length(Vec3d(at * glm::dot(x, w), ab * glm::dot(y, w), w.y)); };
   return d * 0.5 / (wi.y * length(wo) + wo.y * length(wi)) * wi.y;
-}
-
-/// Estevez and Kulla 2017, with alpha = roughness²: f cos θi.
-double sheen_formula(double roughness, const Vec3d& wo, const Vec3d& wi) {
-  const double alpha = roughness * roughness, t = (1 - alpha) * (1 - alpha);
-  const auto mix = [&](double rough, double smooth) { return rough * (1 - t) + smooth * t; };
-  const double a = mix(21.5473, 25.3245), b = mix(3.82987, 3.32435), c = mix(0.19823, 0.16801),
-               d = mix(-1.97760, -1.27393), e = mix(-4.32054, -4.85967);
-  const auto fit = [&](double x) { return a / (1 + b * std::pow(x, c)) + d * x + e; };
-  const auto lambda = [&](double x) { return x < 0.5 ? std::exp(fit(x)) : std::exp(2 * fit(0.5) - fit(1 - x)); };
-  const double cosine = glm::normalize(wo + wi).y;
-  const double density = (2 + 1 / alpha) * std::pow(1 - cosine * cosine, 0.5 / alpha) / (2 * M_PI);
-  return density / ((1 + lambda(wo.y) + lambda(wi.y)) * 4 * wo.y);
 }
 
 const Vec3d kLight(0.4, 1.5, -0.3), kEye(-0.6, 1.2, 0.5);
@@ -130,7 +118,7 @@ void expect_direction(const Vec3d& got, const Vec3d& expected) {
   EXPECT_LT(glm::length(got - expected), 1e-5) << fmt::format("({}, {}, {})", got.x, got.y, got.z);
 }
 
-/// With and without texture coordinates, in meshes of their own and in instances, one of which is mirrored.
+/// The meshes have texture coordinates or none. Small ones are copied, and large ones are instances. One is mirrored.
 TEST(AnisotropyDirection, IsThatOfTheMeshesTangents) {
   const double c = std::sqrt(0.5);
   for (const std::uint32_t squares : {1u, 64u}) {

@@ -338,8 +338,9 @@ class MaterialMaker:
                 factor = self.lambert_factor(own, p)
                 own = Value(own.rgb * factor, own.image, own.colors)
             color = self.reader.combine(lambda a, b, share=share: a + share * b, [color, own], closure.node)
-            for name in [name for name in ("anisotropy", "sheen") if p.get(name)]:
-                self.notices.node(closure.node, f"its {name} is left out of the mixture")
+            for name in ("anisotropy", "sheen"):
+                if p.get(name):
+                    self.notices.node(closure.node, f"its {name} is left out of the mixture")
         scale = min(total, 1.0)
         self.principled(parts[0][0].node, Value(color.rgb * scale, color.image, color.colors), mean)
 

@@ -17,7 +17,8 @@ namespace {
 
 constexpr const char* kRenderMore =
     "Without -o the pictures are SCENE.exr and SCENE.png in the current folder. Existing files are replaced.\n"
-    "`lightmill help farm` says which farm renders it, and what Ctrl-C does. Use `lightmill submit` for jobs that outlive the command.";
+    "`lightmill help farm` says which farm renders it, and what Ctrl-C does. Use `lightmill submit` for jobs that outlive "
+    "the command.";
 
 constexpr const char* kSubmitMore =
     "`lightmill watch JOB` follows the job, and `lightmill fetch JOB -o FILE` writes its picture.";

@@ -66,7 +66,7 @@ Status check_tables(Session& session, bool read_only, std::int64_t& format) {
   }
   LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT format FROM meta"));
   format = rows.size() == 1 ? rows.integer(0, 0) : 0;
-  return format >= kFormatBefore && format < kFormat
+  return format >= kOldestFormat && format < kFormat
              ? ok_status()
              : check_store_format(session.place(), format, kFormat, "another database with --store");
 }

@@ -92,7 +92,7 @@ Status check_idle(Session& session) {
 
 Status fill_from_format_6(Session& session) {
   LM_ASSIGN_OR_RETURN(const StoredState state, load_format_6(session));
-  LM_RETURN_IF_ERROR(replace_schema(session, kFormatBefore));
+  LM_RETURN_IF_ERROR(replace_schema(session, kOldestFormat));
   InTransaction store(session);
   LM_RETURN_IF_ERROR(write_state(state, store));
   return session.execute(kCopyFormat6);
@@ -117,7 +117,7 @@ Status fill_from_same_rows(Session& session, int format) {
 }
 
 Status fill(Session& session, int format) {
-  LM_RETURN_IF_ERROR(format == kFormatBefore ? fill_from_format_6(session) : fill_from_same_rows(session, format));
+  LM_RETURN_IF_ERROR(format == kOldestFormat ? fill_from_format_6(session) : fill_from_same_rows(session, format));
   LM_RETURN_IF_ERROR(copy_assets(session, format));
   LM_ASSIGN_OR_RETURN(const stored::RowSums sums, stored::load_sums(session));
   return create_summary(session, sums);

@@ -6,12 +6,12 @@
 
 namespace lightmill::postgres {
 
-inline constexpr int kFormatBefore = 6;
+inline constexpr int kOldestFormat = 6;
 /// Since this format, all rows but the summary are the same.
 inline constexpr int kSameRowsFormat = 7;
 
 /// Creates the schema `lightmill` again in one transaction, and keeps the old one as `lightmill_format_N`. `format` is
-/// one of those from kFormatBefore on. FAILED_PRECONDITION if a coordinator uses the database, or it has lost rows.
+/// one of those from kOldestFormat on. FAILED_PRECONDITION if a coordinator uses the database, or it has lost rows.
 Status migrate(Session& session, int format);
 
 }  // namespace lightmill::postgres

@@ -6,7 +6,7 @@
 
 namespace lightmill::sqlite {
 
-inline constexpr int kFormatBefore = 12;
+inline constexpr int kOldestFormat = 12;
 
 /// Reads everything, including the secret and the last epoch. Damaged rows are logged and left out. Changes nothing.
 Result<StoredState> load_format_12(Database& database);

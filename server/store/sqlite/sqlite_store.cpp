@@ -352,7 +352,7 @@ Result<std::optional<StoredState>> read_format_before(const fs::path& file) {
   LM_RETURN_IF_ERROR(database.execute("PRAGMA locking_mode = EXCLUSIVE"));
   LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
   LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
-  if (application != sqlite::kApplicationId || version != sqlite::kFormatBefore) {
+  if (application != sqlite::kApplicationId || version != sqlite::kOldestFormat) {
     return std::nullopt;
   }
   LM_ASSIGN_OR_RETURN(StoredState state, sqlite::load_format_12(database));
@@ -367,8 +367,8 @@ Status migrate(const fs::path& file) {
   if (!state) {
     return ok_status();
   }
-  const fs::path fresh = with_suffix(file, ".new"), kept = kept_name(file, sqlite::kFormatBefore);
-  spdlog::info("{} has store format {}; converting it to format {}", file.string(), sqlite::kFormatBefore,
+  const fs::path fresh = with_suffix(file, ".new"), kept = kept_name(file, sqlite::kOldestFormat);
+  spdlog::info("{} has store format {}; converting it to format {}", file.string(), sqlite::kOldestFormat,
                kSqliteFormatVersion);
   for (const char* const suffix : {"", "-wal", "-chain"}) {
     fs::remove(with_suffix(fresh, suffix));
@@ -387,7 +387,7 @@ Status migrate(const fs::path& file) {
   LM_RETURN_IF_ERROR(sync_folder_of(file));  // the chain goes before the file that needs it
   fs::rename(fresh, file);
   LM_RETURN_IF_ERROR(sync_folder_of(file));
-  log_kept(kept, sqlite::kFormatBefore);
+  log_kept(kept, sqlite::kOldestFormat);
   return ok_status();
 }
 

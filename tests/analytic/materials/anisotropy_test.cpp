@@ -161,17 +161,8 @@ TEST(Anisotropy, DoesNotChangeOtherLanes) {
     const Pair8 u{F8(0.37f), F8(0.61f)};
     Parameters isotropic = p;
     isotropic.anisotropy = 0;
-    const PrincipledParameters8 mixed{broadcast(p.base_color),
-                                      F8(p.metallic),
-                                      F8(p.roughness),
-                                      F8(p.specular),
-                                      F8(p.transmission),
-                                      F8(p.ior),
-                                      F8(p.coat),
-                                      F8(p.coat_roughness),
-                                      M8(true),
-                                      M8(),
-                                      PrincipledAnisotropy8{masked(~plain, F8(p.anisotropy)), M8(true)}};
+    PrincipledParameters8 mixed = p.in_lanes();
+    mixed.anisotropy->strength = masked(~plain, mixed.anisotropy->strength);
     const Principled8 a = isotropic.seen_from(wo), b(mixed, F8(p.ior), wo, M8(true));
     EXPECT_TRUE(same_bits(a.eval(wo, wi).y, b.eval(wo, wi).y, plain));
     EXPECT_FALSE(same_bits(a.eval(wo, wi).y, b.eval(wo, wi).y, ~plain));

@@ -15,13 +15,22 @@ struct Parameters {
   Vec3 sheen_color{0};
   float sheen_roughness = 0.5f;
 
+  PrincipledParameters8 in_lanes() const {
+    return {broadcast(base_color),
+            F8(metallic),
+            F8(roughness),
+            F8(specular),
+            F8(transmission),
+            F8(ior),
+            F8(coat),
+            F8(coat_roughness),
+            M8(compensated),
+            M8(burley),
+            PrincipledAnisotropy8{F8(anisotropy), M8(true)},
+            PrincipledSheen8{broadcast(sheen_color), F8(sheen_roughness)}};
+  }
   Principled8 seen_from(const V8& wo, M8 front = M8(true)) const {
-    return {{broadcast(base_color), F8(metallic), F8(roughness), F8(specular), F8(transmission), F8(ior), F8(coat),
-             F8(coat_roughness), M8(compensated), M8(burley), PrincipledAnisotropy8{F8(anisotropy), M8(true)},
-             PrincipledSheen8{broadcast(sheen_color), F8(sheen_roughness)}},
-            select(front, F8(ior), F8(1 / ior)),
-            wo,
-            front};
+    return {in_lanes(), select(front, F8(ior), F8(1 / ior)), wo, front};
   }
 };
 

@@ -73,4 +73,17 @@ double lit_by_sphere(const Vec3d& center, double radius, const Vec3d& wo, Formul
   return sum * 2 * M_PI * one_minus_cos / (steps * steps);
 }
 
+/// Estevez and Kulla 2017, with alpha = roughness².
+inline double sheen_formula(double roughness, const Vec3d& wo, const Vec3d& wi) {
+  const double alpha = roughness * roughness, t = (1 - alpha) * (1 - alpha);
+  const auto mix = [&](double rough, double smooth) { return rough * (1 - t) + smooth * t; };
+  const double a = mix(21.5473, 25.3245), b = mix(3.82987, 3.32435), c = mix(0.19823, 0.16801),
+               d = mix(-1.97760, -1.27393), e = mix(-4.32054, -4.85967);
+  const auto fit = [&](double x) { return a / (1 + b * std::pow(x, c)) + d * x + e; };
+  const auto lambda = [&](double x) { return x < 0.5 ? std::exp(fit(x)) : std::exp(2 * fit(0.5) - fit(1 - x)); };
+  const double cosine = glm::normalize(wo + wi).y;
+  const double density = (2 + 1 / alpha) * std::pow(1 - cosine * cosine, 0.5 / alpha) / (2 * M_PI);
+  return density / ((1 + lambda(wo.y) + lambda(wi.y)) * 4 * wo.y);
+}
+
 }  // namespace lightmill::test

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "tests/analytic/materials/principled_parameters.h"
+#include "tests/analytic/materials/published_formulas.h"
 
 namespace lightmill::test {
 namespace {
@@ -31,17 +32,9 @@ std::vector<Parameters> cloths() {
   return all;
 }
 
-/// Estevez and Kulla 2017, with alpha = roughness²: the BRDF times the cosine.
-double published(double roughness, const Vec3d& wo, const Vec3d& wi) {
-  const double alpha = roughness * roughness, t = (1 - alpha) * (1 - alpha);
-  const auto mix = [&](double rough, double smooth) { return rough * (1 - t) + smooth * t; };
-  const double a = mix(21.5473, 25.3245), b = mix(3.82987, 3.32435), c = mix(0.19823, 0.16801),
-               d = mix(-1.97760, -1.27393), e = mix(-4.32054, -4.85967);
-  const auto fit = [&](double x) { return a / (1 + b * std::pow(x, c)) + d * x + e; };
-  const auto lambda = [&](double x) { return x < 0.5 ? std::exp(fit(x)) : std::exp(2 * fit(0.5) - fit(1 - x)); };
-  const double cosine = glm::normalize(wo + wi).z;
-  const double density = (2 + 1 / alpha) * std::pow(1 - cosine * cosine, 0.5 / alpha) / (2 * M_PI);
-  return density / ((1 + lambda(wo.z) + lambda(wi.z)) * 4 * wo.z);
+/// The direction with +y as the normal.
+Vec3d upright(const Vec3d& w) {
+  return {w.x, w.z, w.y};
 }
 
 TEST(Sheen, EvaluatesThePublishedFormula) {
@@ -49,7 +42,7 @@ TEST(Sheen, EvaluatesThePublishedFormula) {
     for (int i = 0; i < 500; ++i) {
       const double z = ((i % 31) + 0.5) / 31, r = std::sqrt(1 - z * z), phi = i * 2.399963;
       const Vec3d wo = tilted(89.0 * (i % 23) / 23), wi(r * std::cos(phi), r * std::sin(phi), z);
-      const double exact = published(roughness, wo, wi);
+      const double exact = sheen_formula(roughness, upright(wo), upright(wi));
       const Principled8 bsdf = fibres(roughness).seen_from(to_lanes(wo));
       ASSERT_NEAR(Lanes(bsdf.eval(to_lanes(wo), to_lanes(wi)).x)[0], exact, 1e-3 * exact + 1e-6)
           << roughness << " " << i;
@@ -158,19 +151,8 @@ TEST(Sheen, DoesNotChangeOtherLanes) {
     const V8 wo = to_lanes(tilted(50)), wi = to_lanes(mirrored(tilted(40)));
     Parameters without = p;
     without.sheen_color = Vec3(0);
-    const PrincipledParameters8 mixed{
-        broadcast(p.base_color),
-        F8(p.metallic),
-        F8(p.roughness),
-        F8(p.specular),
-        F8(p.transmission),
-        F8(p.ior),
-        F8(p.coat),
-        F8(p.coat_roughness),
-        M8(true),
-        M8(),
-        std::nullopt,
-        PrincipledSheen8{masked(~plain, broadcast(p.sheen_color)), F8(p.sheen_roughness)}};
+    PrincipledParameters8 mixed = p.in_lanes();
+    mixed.sheen->color = masked(~plain, mixed.sheen->color);
     const Principled8 a = without.seen_from(wo), b(mixed, F8(p.ior), wo, M8(true));
     EXPECT_TRUE(same_bits(a.eval(wo, wi).y, b.eval(wo, wi).y));
     EXPECT_TRUE(same_bits(a.pdf_solid_angle(wo, wi), b.pdf_solid_angle(wo, wi)));

@@ -86,7 +86,7 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithARemedy) {
             place +
                 " has store format 10, newer than format 9 of this lightmill-server: use the newer lightmill-server "
                 "that wrote it, or choose another database with --store");
-  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormatBefore - 1)),
+  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kOldestFormat - 1)),
             place +
                 " has store format 5, older than format 9 of this lightmill-server: use the older lightmill-server "
                 "that wrote it, or choose another database with --store");

@@ -8,20 +8,11 @@
 #include "client/cli/progress.h"
 #include "common/image/picture_file.h"
 #include "common/wire/bytes.h"
+#include "tests/support/step_clock.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::cli {
 namespace {
-
-class FakeClock final : public Clock {
- public:
-  Time now() const override { return now_; }
-  std::int64_t unix_milliseconds() const override { return 0; }
-  void pass(Duration duration) { now_ += duration; }
-
- private:
-  Time now_{};
-};
 
 v1::Job job_at(std::uint64_t done) {
   v1::Job job;
@@ -43,7 +34,7 @@ std::size_t lines_of(ProgressPrinter& printer, const v1::Job& job) {
 TEST(PlainProgress, IsThrottled) {
   ::setenv("TERM", "dumb", 1);  // even if the tests run in a terminal
   const Console plain(false);
-  FakeClock clock;
+  test::StepClock clock;
   ProgressPrinter printer(plain, clock);
   EXPECT_EQ(lines_of(printer, job_at(0)), 1u);   // the first
   EXPECT_EQ(lines_of(printer, job_at(50)), 0u);  // too soon
@@ -101,7 +92,7 @@ v1::WatchJobResponse message(int x, int y, int width, int height, float value) {
 TEST(LivePicture, ShowsTilesInTheirPlacesAndIsWrittenAtMostOnceASecond) {
   const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "live.png").string();
-  FakeClock clock;
+  test::StepClock clock;
   LivePicture live({path}, {}, clock);
   ASSERT_TRUE(live.update(message(12, 20, 2, 1, 1.0f)).ok());
   const std::vector<float> first{0, 0, 1, 1, 0, 0, 0, 0};
@@ -120,7 +111,7 @@ TEST(LivePicture, ShowsTilesInTheirPlacesAndIsWrittenAtMostOnceASecond) {
 
 TEST(LivePicture, TilesOutsideThePictureAreRefused) {
   const test::TemporaryFolder folder;
-  FakeClock clock;
+  test::StepClock clock;
   for (const auto& [x, y, width, height] : {std::array{9, 20, 1, 1},
                                             {10, 19, 1, 1},
                                             {13, 20, 2, 1},

@@ -15,6 +15,7 @@
 
 #include "common/wire/bytes.h"
 #include "tests/support/process.h"
+#include "tests/support/step_clock.h"
 #include "tests/support/tcp_sockets.h"
 #include "tests/support/tev_window.h"
 
@@ -24,6 +25,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using test::eventually;
+using test::StepClock;
 using test::tcp_sockets;
 using test::TcpSocket;
 using test::TevListener;
@@ -110,17 +112,6 @@ class StandardError {
   const int file_, before_;
 };
 
-/// A clock that the test moves. Thread-safe.
-class SteppedClock final : public Clock {
- public:
-  void advance(Duration step) { since_begin_ns_ += step.count(); }
-  Time now() const override { return Time(Duration(since_begin_ns_)); }
-  std::int64_t unix_milliseconds() const override { return 0; }
-
- private:
-  std::atomic<Duration::rep> since_begin_ns_ = 0;
-};
-
 class TevViewerTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() { ::setenv("TERM", "dumb", 1); }  // also where the tests are run in a terminal
@@ -175,7 +166,8 @@ TEST_F(TevViewerTest, ASlowViewerGetsAllTilesWhileTheTopKeepsChanging) {
 TEST_F(TevViewerTest, TheLastPictureIsSentWhileTheViewerReads) {
   // More than the kernel holds of a connection. So between two steps of the clock the sender sends something.
   constexpr std::size_t kBytesAStep = std::size_t{1} << 20;
-  SteppedClock clock;
+  StepClock clock;
+  const Time begun = clock.now();
   const TevListener listener(0, kSmallBuffer);
   start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)}, clock);
   viewer_->update(rows(0, kRows - 1, 1));
@@ -183,14 +175,14 @@ TEST_F(TevViewerTest, TheLastPictureIsSentWhileTheViewerReads) {
   std::thread slow([&] {
     for (std::size_t steps = 1; window.read(32768);) {
       if (window.bytes_read() >= steps * kBytesAStep) {
-        clock.advance(seconds(1));
+        clock.pass(seconds(1));
         ++steps;
       }
     }
   });
   EXPECT_TRUE(viewer_->finish());
   slow.join();
-  EXPECT_GE(clock.now() - Time(), seconds(5)) << "longer than a viewer may read nothing";
+  EXPECT_GE(clock.now() - begun, seconds(5)) << "longer than a viewer may read nothing";
   EXPECT_TRUE(shows(window, 0, kRows - 1, 1));
   EXPECT_FALSE(window.amid_a_packet());
   EXPECT_TRUE(said().empty());

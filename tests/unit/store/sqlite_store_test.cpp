@@ -110,7 +110,7 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithARemedy) {
             file_.string() +
                 " has store format 16, newer than format 15 of this lightmill-server: use the newer "
                 "lightmill-server that wrote it, or choose another directory with --data");
-  EXPECT_EQ(refusal_of(sqlite::kFormatBefore - 1),
+  EXPECT_EQ(refusal_of(sqlite::kOldestFormat - 1),
             file_.string() +
                 " has store format 11, older than format 15 of this lightmill-server: use the older "
                 "lightmill-server that wrote it, or choose another directory with --data");

@@ -13,6 +13,7 @@
 #include "common/base/file.h"
 #include "common/base/sanitizers.h"
 #include "tests/support/paths.h"
+#include "tests/support/step_clock.h"
 #include "tests/support/temporary_folder.h"
 #include "worker/inspect/scene_reader.h"
 
@@ -22,17 +23,6 @@ namespace {
 const std::string kBall = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "up": [0, 1, 0], "camera_constant": 1},
 "materials": [{"name": "grey", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}],
 "objects": [{"name": "ball", "material": "grey", "sphere": {"center": [0, 0, 0], "radius": 1}}]})";
-
-/// A clock that moves when the test says so.
-class StepClock final : public Clock {
- public:
-  Time now() const override { return Time(std::chrono::seconds(seconds_)); }
-  std::int64_t unix_milliseconds() const override { return 0; }
-  void pass(std::chrono::seconds time) { seconds_ += time.count(); }
-
- private:
-  std::atomic<std::int64_t> seconds_ = 1000;
-};
 
 /// Fetches one file by its digest; the first fetch of a digest in `held` waits for its gate.
 class InspectorTest : public ::testing::Test {
@@ -118,7 +108,7 @@ class InspectorTest : public ::testing::Test {
   }
 
   std::atomic<bool> open_ = false, slow_upload_ = false;
-  StepClock clock_;
+  test::StepClock clock_;
   std::promise<void> held_;
   mutable Mutex mutex_;
   CondVar changed_;

@@ -9,6 +9,7 @@
 #include "lightmill/v1/web.pb.h"
 #include "server/web/live_hub.h"
 #include "tests/support/process.h"
+#include "tests/support/step_clock.h"
 
 namespace lightmill::test {
 
@@ -18,17 +19,6 @@ class NullStore final : public Store {
   Result<FilmPiece> read_film(JobId, const FilmPosition&) override { return FilmPiece{}; }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp>) override { return ok_status(); }
-};
-
-/// A clock that moves only when the test says so.
-class StepClock final : public Clock {
- public:
-  Time now() const override { return now_; }
-  std::int64_t unix_milliseconds() const override { return 0; }
-  void pass(Duration time) { now_ += time; }
-
- private:
-  Time now_{std::chrono::seconds(1000)};
 };
 
 /// A page that keeps what it is sent.
