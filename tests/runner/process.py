@@ -199,39 +199,47 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
     def end_late(*_):
         nonlocal is_late
         is_late = True
-        end(process)
+        if process is not None:
+            end(process)
+
+    def read_all(out):
+        for line in process.stdout:
+            out.write(line)
+            out.flush()
+            text = line.decode(errors="replace").rstrip()
+            if show is not None and re.search(show, text):
+                show_progress("")
+                print(text, flush=True)
+            if progress is not None and (now := progress(text)) is not None:
+                show_progress(now)
     previous = signal.signal(signal.SIGALRM, end_late)
-    try:
-        with open(log, "wb") as out:
+    with open(log, "wb") as out:
+        try:
             try:
                 with INTERRUPTS.delayed():
                     process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                                stderr=subprocess.STDOUT, start_new_session=True, pass_fds=INHERITED)
             except OSError as error:
                 fail_to_run(command, error)
-            if deadline is not None:
+            if is_late:  # before the process was known
+                end(process)
+            elif deadline is not None:
                 signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
             with contextlib.suppress(OSError):  # if the kernel shares time between sessions, `nice` counts only within one
                 pathlib.Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
-            for line in process.stdout:
-                out.write(line)
-                out.flush()
-                text = line.decode(errors="replace").rstrip()
-                if show is not None and re.search(show, text):
-                    show_progress("")
-                    print(text, flush=True)
-                if progress is not None and (now := progress(text)) is not None:
-                    show_progress(now)
+            read_all(out)
             code = process.wait()
-    except BaseException:
-        if process is not None:
-            end(process)
-            process.wait()
-        raise
-    finally:
-        show_progress("")
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, previous)
+        except BaseException:
+            if process is not None:
+                end(process)
+                os.set_blocking(process.stdout.fileno(), False)  # a process that left the session may still hold it
+                read_all(out)
+                process.wait()
+            raise
+        finally:
+            show_progress("")
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, previous)
     return None if is_late else code
 
 

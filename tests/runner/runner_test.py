@@ -639,6 +639,24 @@ process.run_logged(["sleep", "600"], pathlib.Path("log"))
         self.assertIn("KeyboardInterrupt", said.stderr)
         self.assertFalse(is_alive(said.stdout.strip()))
 
+    def test_what_a_command_printed_before_an_interrupt_is_read(self):
+        script = """
+import pathlib, process
+
+def progress(line):
+    print(line)
+    if line == "one":
+        raise KeyboardInterrupt
+
+try:
+    process.run_logged(["sh", "-c", "setsid sleep 600 & echo $! >left; printf 'one\\ntwo\\n'; sleep 600"], pathlib.Path("log"), progress=progress)
+except KeyboardInterrupt:
+    print(pathlib.Path("log").read_text())
+"""
+        said = self.output_of(script)
+        os.kill(int((self.root / "left").read_text()), signal.SIGKILL)
+        self.assertEqual(said, "one\ntwo\none\ntwo\n\n")
+
     def test_a_signal_ends_a_part_that_has_not_begun(self):
         script = """
 import os, pathlib, signal, process
