@@ -25,6 +25,7 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Tl
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, quickly ? 3'000 : 20'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, quickly ? 3'000 : 10'000);
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // else a new channel gets the old connection
   return grpc::CreateCustomChannel(address, credentials_of(tls), arguments);
 }
 
@@ -61,12 +62,27 @@ std::string_view cause_of(const grpc::Status& answer) {
 
 Coordinators::Coordinators(const std::string& addresses, CallerTexts caller)
     : all_(addresses), caller_(std::move(caller)) {
-  const bool several = addresses.find(',') != std::string::npos;
   for (std::size_t at = 0; at <= addresses.size();) {
     const std::size_t end = std::min(addresses.find(',', at), addresses.size());
     addresses_.push_back(addresses.substr(at, end - at));
-    stubs_.emplace_back(make_channel(addresses_.back(), caller_.tls, several));
     at = end + 1;
+  }
+  const MutexLock lock(mutex_);
+  stubs_.resize(addresses_.size());
+}
+
+std::shared_ptr<const Stubs> Coordinators::connected_to(std::size_t index) {
+  const MutexLock lock(mutex_);
+  if (stubs_[index] == nullptr) {
+    stubs_[index] = std::make_shared<Stubs>(make_channel(addresses_[index], caller_.tls, addresses_.size() > 1));
+  }
+  return stubs_[index];
+}
+
+void Coordinators::forget(std::size_t index, const std::shared_ptr<const Stubs>& stubs) {
+  const MutexLock lock(mutex_);
+  if (stubs_[index] == stubs) {  // another thread may have a new one already
+    stubs_[index] = nullptr;
   }
 }
 

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "common/security/caller.h"
 #include "lightmill/v1/access_service.grpc.pb.h"
@@ -46,14 +47,16 @@ class Coordinators {
   template <class Call>
   Status ask(const Call& call, const bool& begun = kNever) {
     Status status;
-    for (std::size_t i = 0; i < stubs_.size(); ++i) {
-      const std::size_t index = current_ % stubs_.size();
-      status = status_of(call(stubs_[index]), index);
+    for (std::size_t i = 0; i < addresses_.size(); ++i) {
+      const std::size_t index = current_ % addresses_.size();
+      const std::shared_ptr<const Stubs> stubs = connected_to(index);
+      status = status_of(call(*stubs), index);
       if (status.code() != StatusCode::kUnavailable) {
         return status;
       }
+      forget(index, stubs);
       std::size_t expected = index;  // another thread may have switched already
-      current_.compare_exchange_strong(expected, (index + 1) % stubs_.size());
+      current_.compare_exchange_strong(expected, (index + 1) % addresses_.size());
       if (begun) {
         break;
       }
@@ -62,6 +65,10 @@ class Coordinators {
   }
 
  private:
+  std::shared_ptr<const Stubs> connected_to(std::size_t index);
+  /// The next call gets a new connection. In an old one nothing happens between calls, so the handshake of an attempt
+  /// to connect again would stop until the next call, and the coordinator would close it before.
+  void forget(std::size_t index, const std::shared_ptr<const Stubs>& stubs);
   /// The status of an answer of coordinator `index`, or of its silence.
   Status status_of(const grpc::Status& answer, std::size_t index) const;
 
@@ -69,8 +76,9 @@ class Coordinators {
   const std::string all_;
   const CallerTexts caller_;
   std::vector<std::string> addresses_;
-  std::vector<Stubs> stubs_;
   std::atomic<std::size_t> current_ = 0;
+  Mutex mutex_;
+  std::vector<std::shared_ptr<const Stubs>> stubs_ LM_GUARDED_BY(mutex_);  ///< null: not connected
 };
 
 }  // namespace lightmill::cli

@@ -11,7 +11,9 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <thread>
 
 #include "common/base/address.h"
 #include "common/security/caller.h"
@@ -22,6 +24,7 @@ namespace {
 
 constexpr int kConnectPatienceMs = 2'000;
 constexpr timeval kPatience{2, 0};
+constexpr std::chrono::milliseconds kPauseOfAttempts{500};
 
 /// Waits for a socket to connect. Then sets its time limits. 0, or the errno.
 int wait_until_connected(int socket) {
@@ -216,6 +219,48 @@ bool calls(const Send& send, const Receive& receive) {
   return false;
 }
 
+std::optional<std::string> problem_of_attempt(const std::string& address, const TlsTexts& texts) {
+  const Result<HostPort> to = parse_host_port(address);
+  const openssl::Context context = context_of(texts);
+  if (!to.ok() || context == nullptr) {
+    return std::nullopt;
+  }
+  const Socket socket(*to);
+  if (socket.fd() < 0) {
+    return std::nullopt;
+  }
+  const openssl::Connection connection(SSL_new(context.get()));
+  if (connection == nullptr || SSL_set_fd(connection.get(), socket.fd()) != 1) {
+    return std::nullopt;
+  }
+  expect_host(connection.get(), to->host);
+  ERR_clear_error();
+  const bool speaks_tls = SSL_connect(connection.get()) == 1;
+  if (!texts.given()) {
+    return speaks_tls ? std::optional(fmt::format("it accepts only encrypted connections: give {} (and {})",
+                                                  kAuthorityOption, kCertificateOption))
+                      : std::nullopt;
+  }
+  if (!speaks_tls) {
+    if (ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_WRONG_VERSION_NUMBER) {
+      return fmt::format("it does not accept encrypted connections: leave out {} (and {}), or give the coordinator {}",
+                         kAuthorityOption, kAuthorityVariable, kCertificateOption);
+    }
+    // Without an alert, the coordinator may be slow, overloaded or ending.
+    return ERR_GET_REASON(ERR_peek_last_error()) > SSL_AD_REASON_OFFSET ? refusal(texts) : std::nullopt;
+  }
+  const std::optional<CertificateFacts> facts = shown_by(connection.get());
+  if (const long code = SSL_get_verify_result(connection.get()); code != X509_V_OK && facts) {
+    return verdict(code, *to, *facts);
+  }
+  // With TLS 1.3 the other side checks our certificate after the handshake. If it accepts it, HTTP/2 sends something
+  // first.
+  char first = 0;
+  const int got = SSL_read(connection.get(), &first, 1);
+  const bool silent = got <= 0 && SSL_get_error(connection.get(), got) == SSL_ERROR_WANT_READ;  // within our time limit
+  return got > 0 || silent ? std::nullopt : refusal(texts);
+}
+
 }  // namespace
 
 Status check_answers(int socket, bool encrypted) {
@@ -256,45 +301,13 @@ Status check_answers(int socket, bool encrypted) {
 }
 
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts) {
-  const Result<HostPort> to = parse_host_port(address);
-  const openssl::Context context = context_of(texts);
-  if (!to.ok() || context == nullptr) {
-    return std::nullopt;
+  const std::optional<std::string> problem = problem_of_attempt(address, texts);
+  if (!problem || problem != refusal(texts)) {
+    return problem;
   }
-  const Socket socket(*to);
-  if (socket.fd() < 0) {
-    return std::nullopt;
-  }
-  const openssl::Connection connection(SSL_new(context.get()));
-  if (connection == nullptr || SSL_set_fd(connection.get(), socket.fd()) != 1) {
-    return std::nullopt;
-  }
-  expect_host(connection.get(), to->host);
-  ERR_clear_error();
-  const bool speaks_tls = SSL_connect(connection.get()) == 1;
-  if (!texts.given()) {
-    return speaks_tls ? std::optional(fmt::format("it accepts only encrypted connections: give {} (and {})",
-                                                  kAuthorityOption, kCertificateOption))
-                      : std::nullopt;
-  }
-  if (!speaks_tls) {
-    if (ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_WRONG_VERSION_NUMBER) {
-      return fmt::format("it does not accept encrypted connections: leave out {} (and {}), or give the coordinator {}",
-                         kAuthorityOption, kAuthorityVariable, kCertificateOption);
-    }
-    // Without an alert, the coordinator may be slow, overloaded or ending.
-    return ERR_GET_REASON(ERR_peek_last_error()) > SSL_AD_REASON_OFFSET ? refusal(texts) : std::nullopt;
-  }
-  const std::optional<CertificateFacts> facts = shown_by(connection.get());
-  if (const long code = SSL_get_verify_result(connection.get()); code != X509_V_OK && facts) {
-    return verdict(code, *to, *facts);
-  }
-  // With TLS 1.3 the other side checks our certificate after the handshake. If it accepts it, HTTP/2 sends something
-  // first.
-  char first = 0;
-  const int got = SSL_read(connection.get(), &first, 1);
-  const bool silent = got <= 0 && SSL_get_error(connection.get(), got) == SSL_ERROR_WANT_READ;  // within our time limit
-  return got > 0 || silent ? std::nullopt : refusal(texts);
+  // A coordinator that ends closes its connections in the same way, but not twice.
+  std::this_thread::sleep_for(kPauseOfAttempts);
+  return problem_of_attempt(address, texts);
 }
 
 }  // namespace lightmill

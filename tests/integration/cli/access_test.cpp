@@ -1,6 +1,11 @@
 // Certificates on the command line: creating, showing and using them, and errors when they do not match.
 #include <sys/stat.h>
 
+#include <thread>
+
+#include "client/cli/coordinator_client.h"
+#include "common/security/connection_problem.h"
+#include "common/security/openssl_handles.h"
 #include "tests/integration/cli/cli_fixture.h"
 
 namespace lightmill::test {
@@ -22,6 +27,7 @@ class SecureCliTest : public CliTest {
   std::string certs() const { return file("certs"); }
   std::string pem(const std::string& name) const { return certs() + "/" + name + ".pem"; }
   void start_server(const std::string& listen, const std::vector<std::string>& more) {
+    std::filesystem::remove(file("port"));
     std::vector<std::string> arguments{
         program("lightmill-server"), "--data", file("data"), "--listen", listen, "--port-file", file("port")};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -169,6 +175,68 @@ TEST_F(SecureCliTest, MismatchedCertificatesAndTokensAreReported) {
                    "it refuses the certificate of --tls-cert, signed by 'Other farm'"));
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-cert", pem("ada")}), "without --tls-ca"));
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", file("none.pem")}), "--tls-ca " + file("none.pem")));
+}
+
+/// Accepts one TLS connection and closes it after the handshake, as a coordinator that ends. Then nothing listens.
+class EndsAfterTheHandshake {
+ public:
+  explicit EndsAfterTheHandshake(const std::string& certificate)
+      : context_(SSL_CTX_new(TLS_server_method())), socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    EXPECT_EQ(SSL_CTX_use_certificate_file(context_.get(), certificate.c_str(), SSL_FILETYPE_PEM), 1);
+    EXPECT_EQ(SSL_CTX_use_PrivateKey_file(context_.get(), certificate.c_str(), SSL_FILETYPE_PEM), 1);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port_.number());
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const int yes = 1;
+    EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes), 0);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(::listen(socket_, 1), 0);
+    thread_ = std::thread([this] {
+      const int accepted = ::accept(socket_, nullptr, nullptr);
+      ::close(socket_);
+      const openssl::Connection connection(SSL_new(context_.get()));
+      SSL_set_fd(connection.get(), accepted);
+      EXPECT_EQ(SSL_accept(connection.get()), 1);
+      ::close(accepted);
+    });
+  }
+  ~EndsAfterTheHandshake() { thread_.join(); }
+  EndsAfterTheHandshake(const EndsAfterTheHandshake&) = delete;
+  EndsAfterTheHandshake& operator=(const EndsAfterTheHandshake&) = delete;
+  std::string address() const { return fmt::format("127.0.0.1:{}", port_.number()); }
+
+ private:
+  const ReservedPort port_;
+  const openssl::Context context_;
+  const int socket_;
+  std::thread thread_;
+};
+
+TEST_F(SecureCliTest, ACoordinatorThatEndsDoesNotRefuseACertificate) {
+  const auto caller = read_caller({{pem("ca"), pem("ada"), ""}, "", ""}, {}, system_clock().unix_milliseconds() / 1000);
+  ASSERT_TRUE(caller.ok()) << caller.status().message();
+  const EndsAfterTheHandshake ending(pem("server"));
+  EXPECT_EQ(connection_problem(ending.address(), caller->tls), std::nullopt);
+}
+
+TEST_F(SecureCliTest, TheFirstCallAfterARestartFindsTheCoordinator) {
+  const ReservedPort reserved;
+  const std::string address = fmt::format("127.0.0.1:{}", reserved.number());
+  const std::vector<std::string> encrypted{"--tls-cert", pem("server"), "--tls-ca", pem("ca")};
+  const auto caller = read_caller({{pem("ca"), pem("ada"), ""}, "", ""}, {}, system_clock().unix_milliseconds() / 1000);
+  ASSERT_TRUE(caller.ok()) << caller.status().message();
+  start_server(address, encrypted);
+  cli::CoordinatorClient client(address, *caller);
+  EXPECT_TRUE(client.probe(kPatience).ok());
+  server_->send(SIGKILL);
+  server_->wait();
+  for (int tries = 0; tries < 3; ++tries) {
+    EXPECT_EQ(client.probe(kPatience).code(), StatusCode::kUnavailable);
+  }
+  start_server(address, encrypted);
+  const Status back = client.probe(kPatience);
+  EXPECT_TRUE(back.ok()) << back.message();
 }
 
 TEST_F(SecureCliTest, AnOpenFarmNeedsAnExplicitOptionAndWarns) {
