@@ -146,6 +146,21 @@ TEST_F(Enrolment, AWorkerEnrolsOnceAndComesBackWithItsOwnToken) {
   EXPECT_EQ(enrolled(by), 1u);
 }
 
+TEST_F(Enrolment, AWorkerComesBackWithItsOwnTokenAfterAnotherFarmWasAtTheAddress) {
+  const auto process = worker(secure_.write("enrol", enrolment_token(1)));
+  ASSERT_TRUE(come_to_be({first_})) << secure_.farm().log("worker");
+  const std::filesystem::path data = secure_.farm().data(), kept = secure_.path("kept");
+  kill_at_once(secure_.farm().server());
+  std::filesystem::rename(data, kept);
+  secure_.farm().start_server();
+  EXPECT_TRUE(says("is unknown here") && says("enrolment with --enrol-file")) << secure_.farm().log("worker");
+  kill_at_once(secure_.farm().server());
+  std::filesystem::remove_all(data);
+  std::filesystem::rename(kept, data);
+  secure_.farm().start_server();
+  EXPECT_TRUE(come_to_be({first_})) << secure_.farm().log("worker");
+}
+
 TEST_F(Enrolment, AWorkerWhoseAnswerWasLostRepeatsItsRequest) {
   const std::string by = enrolment_token(1);
   const NewToken asked = make_token().value();

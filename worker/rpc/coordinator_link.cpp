@@ -136,7 +136,12 @@ std::uint64_t CoordinatorLink::open() {
     return number;
   }
   enrolling_ = std::jthread([this, number, server] {
-    if (const Status enrolled = enrol(server); enrolled.ok()) {
+    const Status enrolled = enrol(server);
+    {
+      const MutexLock lock(mutex_);
+      token_refused_ = false;  // after a failure too: the farm that knows this token may come back
+    }
+    if (enrolled.ok()) {
       open_stream(number, server);
     } else {
       handlers_.disconnected(number, server, enrolled);
@@ -207,8 +212,6 @@ Status CoordinatorLink::enrol(const std::string& server) {
   LM_RETURN_IF_ERROR(enrolment.state->commit_pending_token());
   spdlog::info("enrolled at {} as '{}': the token {}, valid until {}, is in {}", server, token.name(), token.id(),
                date_text(token.until_unix_s()), enrolment.state->token_file().string());
-  const MutexLock lock(mutex_);
-  token_refused_ = false;
   return ok_status();
 }
 

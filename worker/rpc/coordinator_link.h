@@ -42,7 +42,7 @@ struct EnrolmentFiles {
 struct CoordinatorAddress {
   std::vector<std::string> servers;  ///< HOST:PORT; each attempt takes the next one
   CallerFiles caller;                ///< read for each attempt, so that renewed files are used
-  /// Only without a token in `caller`. A worker enrols again when its own token is refused.
+  /// Only without a token in `caller`. A worker whose own token is refused tries to enrol and its own token in turn.
   std::optional<EnrolmentFiles> enrolment = {};
 };
 
@@ -92,7 +92,7 @@ class CoordinatorLink {
   std::shared_ptr<LinkStream> stream_ LM_GUARDED_BY(mutex_);
   std::uint64_t streams_ LM_GUARDED_BY(mutex_) = 0;
   bool closed_ LM_GUARDED_BY(mutex_) = false;
-  bool token_refused_ LM_GUARDED_BY(mutex_) = false;  ///< the worker's own token
+  bool token_refused_ LM_GUARDED_BY(mutex_) = false;  ///< the worker's own token, at the last try
   std::jthread enrolling_;                            ///< enrols, then opens the stream
 };
 

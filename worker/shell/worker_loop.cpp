@@ -1,5 +1,7 @@
 #include "worker/shell/worker_loop.h"
 
+#include <utility>
+
 #include "common/base/check.h"
 #include "common/base/log.h"
 #include "common/base/text.h"
@@ -299,15 +301,15 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
 void WorkerLoop::log_failure(const std::string& address, const Status& status, bool refused) {
   Trouble& trouble = troubles_[address];
   const std::string text = message_of(status);
-  if (trouble.status == text) {
+  if (trouble.status == text || trouble.before == text) {
     spdlog::debug("{} {}", refused ? "refused again, by" : "still no connection to", address);
   } else if (refused) {
-    trouble = {text, ""};
+    trouble = {text, std::move(trouble.status), ""};
     spdlog::warn(
         "refused by {}: {}; tries again in {:.0f} s, then less often, up to every {:.0f} s, and logs only a new reason",
         address, printable(text), to_seconds(refused_least_), to_seconds(refused_most_));
   } else if (!explaining_now_) {
-    trouble.status = text;
+    trouble.before = std::exchange(trouble.status, text);
     explain(address, status);
   }
 }

@@ -82,8 +82,8 @@ class WorkerLoop {
   bool stream_open_ = false;     ///< not disconnected yet
   int failures_ = 0;             ///< failed attempts to connect in a row
   struct Trouble {
-    std::optional<std::string> status;  ///< message of the stream's last failure
-    std::string why;                    ///< the last reason in the log
+    std::optional<std::string> status, before;  ///< messages of the last two different failures
+    std::string why;                            ///< the last reason in the log
   };
   std::map<std::string, Trouble> troubles_;  ///< by address, since the last connection
   bool explaining_now_ = false;              ///< explaining_ has not posted its result yet
