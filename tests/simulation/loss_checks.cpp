@@ -157,19 +157,27 @@ void LossChecks::note_grants(const Effects& effects) {
         lent.since = message.to;
         const FilmOutline* const film = server_.coordinator()->outline(lent.job);
         lent.audits = film != nullptr && film->covered(lent.tiles.front(), lent.range);
-        lent.alone = lent.tiles.size() == 1 && is_suspect({lent.job, lent.tiles.front()});
+        lent.alone = lent.tiles.size() == 1 && has_one_lease(message.to);
       } else if (const auto* const pilot = std::get_if<PilotGrant>(&message.message)) {
         Lent& lent = lent_[pilot->lease];
         lent.job = pilot->job;
         lent.since = message.to;
-        lent.alone = is_suspect({lent.job, std::nullopt});
+        lent.alone = pilot_is_suspect(lent.job);
       }
     }
   }
 }
 
-bool LossChecks::is_suspect(const Work& work) const {
-  const auto found = rows_.find(work);
+bool LossChecks::has_one_lease(SessionId session) const {
+  const auto stream = server_.streams().find(session);
+  return stream != server_.streams().end() &&
+         std::ranges::any_of(server_.coordinator()->workers(world_.now), [&](const WorkerStatus& worker) {
+           return worker.name == stream->second->name && worker.leases == 1;
+         });
+}
+
+bool LossChecks::pilot_is_suspect(JobId job) const {
+  const auto found = rows_.find({job, std::nullopt});
   return found != rows_.end() && found->second.lost >= kRule.losses_before_alone;
 }
 

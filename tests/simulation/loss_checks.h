@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,7 +48,7 @@ class LossChecks {
     SampleRange range;
     bool audits = false;
     bool lost = false;                     ///< its worker may still come back with it
-    bool alone = false;                    ///< its work was suspect when it was granted
+    bool alone = false;                    ///< a suspect pilot, or one tile and no other lease
     SessionId since;                       ///< session that it was granted to, or first came with
     std::shared_ptr<const Stream> stream;  ///< stream that it was last sent on, or came on; null until then
     Time left;                             ///< when it was sent
@@ -69,7 +70,9 @@ class LossChecks {
   void check_left(const Note& note);
   void check_failed(const JobRecord& job);
   bool is_undisturbed(const Lent& lent) const;
-  bool is_suspect(const Work& work) const;
+  bool pilot_is_suspect(JobId job) const;
+  /// Whether the worker of this session holds a single lease.
+  bool has_one_lease(SessionId session) const;
 
   World& world_;
   const ServerSide& server_;
