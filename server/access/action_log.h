@@ -21,6 +21,8 @@ inline constexpr std::string_view kTakeOver = "TakeOver";
 inline constexpr std::string_view kStop = "Stop";
 /// The coordinator deletes a job that ended long ago.
 inline constexpr std::string_view kExpire = "ExpireJob";
+/// The coordinator puts a worker into quarantine. The same name as the RPC of operators.
+inline constexpr std::string_view kQuarantine = "QuarantineWorker";
 /// A user logs in on the page.
 inline constexpr std::string_view kLogin = "Login";
 /// A worker connects.

@@ -119,6 +119,7 @@ void FarmLoop::run() {
     }
     tick(context);
     notify_films(context);
+    log_quarantines(context);
     for (Outgoing& message : context.effects.now) {
       handlers_.send(std::move(message));
     }
@@ -188,6 +189,22 @@ void FarmLoop::tick(TaskContext& context) {
     action.job = job.job.value;
     action.about = job.name;
     action.change = "deleted: --keep-days after its end";
+    context.keep(std::move(action));
+  }
+}
+
+/// Logs the workers that the farm itself puts into quarantine. Those of an operator are in the log as a call.
+void FarmLoop::log_quarantines(TaskContext& context) {
+  std::vector<Action> found;
+  for (const StoreOp& write : context.effects.writes) {
+    if (const auto* put = std::get_if<PutQuarantine>(&write); put && !put->record.reason.starts_with(kByHand)) {
+      Action& action = found.emplace_back();
+      action.operation = kQuarantine;
+      action.about = put->record.of.worker;
+      action.change = fmt::format("quarantine none -> '{}'", put->record.reason);
+    }
+  }
+  for (Action& action : found) {
     context.keep(std::move(action));
   }
 }

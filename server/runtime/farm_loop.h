@@ -117,6 +117,7 @@ class FarmLoop {
   /// Like WatchHub::publish, unless it is too soon.
   std::optional<Time> notify_watchers(Time now);
   void tick(TaskContext& context);
+  void log_quarantines(TaskContext& context);
   void set_stall(const Status& status);
   void hold(TaskContext& context);
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/wire/farm_messages.h"
+#include "lightmill/v1/access_service.grpc.pb.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
 #include "tests/support/paths.h"
@@ -70,6 +71,15 @@ TEST_P(Audits, ALiarAmongThreeMachinesChangesNothing) {
     EXPECT_EQ(named(workers, name)->quarantine(), "");
   }
   EXPECT_TRUE(eventually([&] { return farm.log("liar").find("in quarantine") != std::string::npos; }));
+  v1::ListActionsResponse log;
+  grpc::ClientContext listing;
+  ASSERT_TRUE(v1::AccessService::NewStub(grpc::CreateChannel(farm.address(), grpc::InsecureChannelCredentials()))
+                  ->ListActions(&listing, {}, &log)
+                  .ok());
+  const auto put = std::ranges::find(log.actions(), "QuarantineWorker", &v1::Action::operation);
+  ASSERT_NE(put, log.actions().end()) << log.ShortDebugString();
+  EXPECT_EQ(put->caller() + put->about(), "liar");
+  EXPECT_EQ(put->change(), "quarantine none -> '" + named(workers, "liar")->quarantine() + "'");
 
   // A restarted coordinator remembers it.
   kill_at_once(farm.server());
