@@ -46,9 +46,9 @@ Result<std::string> read_certificate(const std::string& file, std::int64_t now_u
 }
 
 Result<std::string> read_key(const std::string& file, const std::string& certificate_pem) {
-  LM_RETURN_IF_ERROR(check_secrecy(file, "the private key"));
   LM_ASSIGN_OR_RETURN(std::string pem, read_file(file, kMaxFileBytes));
   LM_ASSIGN_OR_RETURN(const openssl::Key key, openssl::key_in(pem));
+  LM_RETURN_IF_ERROR(check_secrecy(file, "the private key"));
   LM_ASSIGN_OR_RETURN(const std::vector<openssl::Certificate> all, openssl::certificates_in(certificate_pem));
   if (X509_check_private_key(all.front().get(), key.get()) != 1) {
     return failed_precondition("the private key in it does not match the certificate");

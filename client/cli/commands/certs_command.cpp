@@ -9,6 +9,7 @@
 #include "common/base/file.h"
 #include "common/security/authority.h"
 #include "common/security/certificate.h"
+#include "common/security/tls_files.h"
 
 namespace lightmill::cli {
 namespace {
@@ -144,7 +145,10 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
   }
   const fs::path certificate = folder / kAuthorityCertificate;
   if (!options.replace && fs::exists(certificate, error)) {  // its key may be elsewhere
-    return write(certificate, "", false);
+    return already_exists(
+        "there is an authority in {} already. Make new certificates with it. --replace makes another authority, and all "
+        "certificates of this one become invalid. Nothing was changed",
+        folder.string());
   }
   if (options.replace) {
     LM_RETURN_IF_ERROR(check_replaceable(certificate, is_authority, "an authority's certificate"));
@@ -197,6 +201,10 @@ Result<fs::path> own_file(const CertsOptions& options, const std::string& name) 
 Status issue(const CertsOptions& options, const CertificateSubject& subject, const std::string& file_name,
              const Console& console) {
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate authority, read_authority(options.folder));
+  const std::string key = (fs::path(options.folder) / kAuthorityKey).string();
+  if (const Status secret = check_secrecy(key, "the authority's key"); !secret.ok()) {
+    console.notice(fmt::format("{}: {}", key, message_of(secret)));
+  }
   LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, file_name));
   const std::optional<CertificateFacts> former = certificate_in(file);
   if (options.replace) {
@@ -299,7 +307,7 @@ void add_certs_command(CLI::App& app, Context& context) {
       ->type_name("N")
       ->check(whole_number(1, kMaxCertificateDays))
       ->capture_default_str();
-  init->add_flag("--replace", options->replace, "overwrite an existing authority; its certificates become invalid");
+  init->add_flag("--replace", options->replace, "overwrite an existing authority. Its certificates become invalid");
   run_it(init, context, options, make_authority_in);
 
   CLI::App* server = add_issuing(*certs, *options, "server", "Make a coordinator's certificate: DIR/server.pem.");

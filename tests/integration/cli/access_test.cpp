@@ -59,6 +59,11 @@ TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
     ASSERT_EQ(::stat((certs() + name).c_str(), &info), 0) << name;
     EXPECT_EQ(info.st_mode & 0777, 0600u) << name;
   }
+  std::filesystem::permissions(certs() + "/ca.key", std::filesystem::perms(0644));
+  EXPECT_TRUE(says(lightmill({"certs", "person", certs(), "eve"}).err,
+                   "everybody on this machine can read the authority's key"));
+  std::filesystem::permissions(certs() + "/ca.key", std::filesystem::perms(0600));
+  EXPECT_TRUE(says(failure({"certs", "init", certs()}), "there is an authority in " + certs()));
   const nlohmann::json before = json({"certs", "show", pem("ada")})["certificates"][0];
   EXPECT_EQ(before["name"], "ada");
   EXPECT_EQ(before["roles"], (nlohmann::json{"view", "submit"}));
