@@ -1,5 +1,6 @@
 // Operations on tokens and the action log.
-#include <fmt/chrono.h>
+#include <algorithm>
+#include <cstdint>
 
 #include "common/base/number_text.h"
 #include "common/wire/bytes.h"
@@ -74,10 +75,20 @@ std::string way_back(const Gate& gate, const TokenRecord& token, std::int64_t no
   return by && by->enrolment.enrolled < by->enrolment.workers && now_unix_s < by->until_unix_s ? by->id : "";
 }
 
-/// "created: roles view, submit, valid until 2026-11-26 03:40:00 +0000".
+/// "30 days", "5 hours", rounded.
+std::string span_text(std::int64_t seconds) {
+  constexpr std::int64_t kHour = 3'600, kDay = 24 * kHour;
+  const std::int64_t unit = seconds >= 2 * kDay ? kDay : seconds >= 2 * kHour ? kHour : 60;
+  return counted(static_cast<std::size_t>((std::max<std::int64_t>(seconds, 0) + unit / 2) / unit), unit == kDay ? "day"
+                                                                                                   : unit == kHour
+                                                                                                       ? "hour"
+                                                                                                       : "minute");
+}
+
+/// "created: roles view, submit, valid for 30 days". A date would be in the coordinator's time zone.
 std::string describe_new(const TokenRecord& token) {
-  std::string text = fmt::format("created: roles {}, valid until {:%Y-%m-%d %H:%M:%S} +0000", names_of(token.roles),
-                                 fmt::gmtime(token.until_unix_s));
+  std::string text = fmt::format("created: roles {}, valid for {}", names_of(token.roles),
+                                 span_text(token.until_unix_s - token.made_unix_s));
   if (token.enrolment.workers > 0) {
     text += ", for " + counted(token.enrolment.workers, "worker");
   }
