@@ -143,7 +143,7 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
 Status with_advice(const Status& status) {
   switch (status.code()) {
     case StatusCode::kResourceExhausted:
-      return resource_exhausted("{}; free space there and start again: nothing is lost", message_of(status));
+      return resource_exhausted("{}. Free space there and start again. Nothing is lost", message_of(status));
     case StatusCode::kDataLoss:
       return data_loss("{}. Restore a backup. docs/operate/backup.md (A damaged page) says when less is enough",
                        message_of(status));
@@ -242,7 +242,7 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   if (plan.calls < options.max_workers) {
     spdlog::warn(
         "this process may have {} open files, so it accepts {} gRPC connections: some of {} workers (--max-workers) "
-        "may be refused; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
+        "may be refused. Raise its hard limit (ulimit -Hn, LimitNOFILE=)",
         files, plan.calls, options.max_workers);
   }
   const auto on_fatal = [&stop](const Status& why) { stop.ask(why); };

@@ -34,7 +34,7 @@ void add_access_options(CLI::App& app, ServerOptions& options) {
       ->type_name("FILE")
       ->group(group);
   app.add_option(kAuthorityOption, options.tls.authority,
-                 "the authority that signs workers' and people's certificates; without it, callers use tokens")
+                 "the authority that signs workers' and people's certificates. Without it, callers use tokens")
       ->type_name("FILE")
       ->group(group);
   app.add_flag("--authenticate", options.authenticate,
@@ -42,7 +42,7 @@ void add_access_options(CLI::App& app, ServerOptions& options) {
       ->group(group);
   app.add_flag(
          "--insecure", options.insecure,
-         "let everyone who reaches the coordinator do everything, also from other machines; otherwise other machines "
+         "let everyone who reaches the coordinator do everything, also from other machines. Otherwise other machines "
          "need certificates")
       ->group(group);
 }
@@ -163,7 +163,7 @@ void add_state_options(CLI::App& app, ServerOptions& options, const char* data, 
 
 /// Addresses of gRPC and of health checks.
 void add_listen_options(CLI::App& app, ServerOptions& options) {
-  app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
+  app.add_option("--listen", options.listen, "address and port to listen on (port 0: a free one)")
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
@@ -181,7 +181,7 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
             "a worker that is silent for this time loses its work");
   add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
-            "interval of workers' heartbeats; with hundreds of workers it grows by itself, up to a quarter of "
+            "interval of workers' heartbeats. With hundreds of workers it grows by itself, up to a quarter of "
             "--lease-seconds");
   add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
             "after a start, running jobs wait this time for workers to return with the work that they hold");
@@ -230,7 +230,7 @@ void add_use_limits(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0}, "memory for messages in transit")
       ->default_str("4, or an eighth of the memory that the coordinator may use");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
-            "connected workers; further ones are refused, and retry");
+            "connected workers. Further ones are refused, and try again");
   add_limit(app, "--http-seconds", options.http_seconds, "SECONDS", {1.0, 3600.0},
             "a connection of --http that is silent for this time is closed");
 }
@@ -253,7 +253,7 @@ void add_keeping_options(CLI::App& app, ServerOptions& options) {
 const CLI::App& add_check_command(CLI::App& app, ServerOptions& options) {
   CLI::App* const check = app.add_subcommand("check", "Check all stored data against its checksums.");
   add_state_options(*check, options, "directory of all state. ",
-                    "check even if the database has lost acknowledged commits; otherwise such a database is refused");
+                    "check even if the database has lost acknowledged commits. Otherwise such a database is refused");
   add_log_options(*check, options.log);
   check->footer(
       "No coordinator may be active. Damaged data is removed. The next coordinator has it rendered again, if possible."
@@ -280,7 +280,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
                        "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
   add_state_options(app, options, "directory of all its state; created if missing. ",
-                    "start even if the database has lost acknowledged commits, and continue without them; otherwise "
+                    "start even if the database has lost acknowledged commits, and continue without them. Otherwise "
                     "such a database is refused");
   add_listen_options(app, options);
   add_page_options(app, options);

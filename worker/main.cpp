@@ -140,7 +140,7 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion),
                        "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
-  app.add_option("--server", options.server, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
+  app.add_option("--server", options.server, "HOST:PORT of the coordinator. Several, with commas, are tried in turn")
       ->type_name("HOST:PORT[,HOST:PORT]")
       ->envname(kServerVariable)
       ->capture_default_str();
@@ -173,7 +173,7 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
             "left to other workers")
       ->default_str("three quarters of the memory that the worker may use");
   add_limit(app, "--scene-triangles", options.scene_triangles, "N", {1, kMaxSceneTriangles},
-            "triangles of one scene; instances of a mesh count once")
+            "triangles of one scene. Instances of a mesh count once")
       ->default_str("200 million");
   add_limit(app, "--image-megapixels", options.image_megapixels, "N", {0.001, 256.0},
             "size of one decoded image, in units of 1,048,576 pixels");
@@ -183,10 +183,10 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
             "workers");
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
-            "memory for unacknowledged results; beyond it, rendering pauses");
+            "memory for unacknowledged results. Beyond it, rendering pauses");
   app.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
-      "decode images and compressed meshes even if the kernel refuses the sandbox (seccomp); only for farms whose "
+      "decode images and compressed meshes even if the kernel refuses the sandbox (seccomp). Only for farms whose "
       "users you trust");
   app.add_flag(
       "--openjd", options.openjd,

@@ -74,7 +74,7 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
     const auto now = std::chrono::steady_clock::now();
     if (!lost_since) {
       lost_since = now;
-      console.notice(fmt::format("lost the connection to {}; retrying …", farm.connection->address()));
+      console.notice(fmt::format("lost the connection to {}, retrying …", farm.connection->address()));
     } else if (now - *lost_since > kPatience) {
       return unavailable("the farm at {} has not answered for {}", farm.connection->address(),
                          human_seconds(to_seconds(kPatience)));

@@ -157,7 +157,7 @@ void explain_methods(const Console& console) {
   print_table(
       console,
       {{"PARAMETER", "MEANS"},
-       {"photons=N", "photons per pass; a pass adds one sample to each pixel (default: 1 per 16 pixels; vcm: 1 per 4)"},
+       {"photons=N", "photons per pass. A pass adds one sample to each pixel (default: 1 per 16 pixels; vcm: 1 per 4)"},
        {"radius=C", "gather radius of the first pass, in pixels (default: 1.5; vcm: 0.5; ppm: 3)"},
        {"caustic", "only photons that have met a mirror or glass first"},
        {"no-absorption", "media inside shapes absorb no light"},

@@ -73,7 +73,7 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
     console.result("note: " + black);
   }
   if (outputs.denoise) {
-    console.result("note: the error is that of the raw picture; that of the denoised one is not known");
+    console.result("note: the error is that of the raw picture. That of the denoised one is not known");
   }
   for (const std::string& notice : film->job.method_notes().notices()) {
     console.result("note: " + notice);

@@ -44,7 +44,7 @@ Result<FilmPicture> sound_picture(ByteView bytes) {
   }
   const Result<Image> decoded = decode_exr(bytes);
   if (!decoded.ok()) {
-    return data_loss("the file was damaged or changed after it was written; fetch or render it again: {}",
+    return data_loss("the file was damaged or changed after it was written: {}. Fetch or render it again",
                      message_of(decoded.status()));
   }
   const Image& image = *decoded;

@@ -104,7 +104,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
   add_parsed(command, "--seconds", spec.goal.seconds, parse_seconds,
-             "stop after this rendering time (90, 1.5m, 2h); each pixel gets at least one sample")
+             "stop after this rendering time (90, 1.5m, 2h). Each pixel gets at least one sample")
       ->type_name("T");
   add_parsed(
       command, "--error", spec.goal.error, parse_error,

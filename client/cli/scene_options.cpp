@@ -54,7 +54,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                    "refuse OBJ, MTL, glTF, pbrt and Mitsuba files with faults, such as odd lines and missing files");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
-      "decode images and compressed meshes even if the kernel refuses the sandbox (seccomp); only for scenes from people "
+      "decode images and compressed meshes even if the kernel refuses the sandbox (seccomp). Only for scenes from people "
       "you trust");
   command.option_defaults()->group("Options");
 }

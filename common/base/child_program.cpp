@@ -61,7 +61,7 @@ Result<pid_t> start_child(const ChildProgram& child) {
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&files);
   if (error != 0) {
-    return failed_precondition("cannot start {}: {}; install it beside this program", program, std::strerror(error));
+    return failed_precondition("cannot start {}: {}. Install it beside this program", program, std::strerror(error));
   }
   return pid;
 }

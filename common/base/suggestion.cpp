@@ -43,7 +43,7 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
       least = distance;
     }
   }
-  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
+  return nearest.empty() ? "" : fmt::format(". Did you mean '{}'?", nearest);
 }
 
 std::string unknown_text(std::string_view kind, std::string_view word, const std::vector<std::string>& known) {

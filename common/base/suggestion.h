@@ -7,10 +7,10 @@
 
 namespace lightmill {
 
-/// "; did you mean 'watch'?", with the nearest word. Empty if none is near.
+/// ". Did you mean 'watch'?", with the nearest word. Empty if none is near.
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& words);
 
-/// "unknown state 'runnin'; did you mean 'running'? Known states: queued, running".
+/// "unknown state 'runnin'. Did you mean 'running'? Known states: queued, running".
 std::string unknown_text(std::string_view kind, std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace lightmill

@@ -13,7 +13,7 @@ std::string error_for_terminal(std::string_view text);
 /// The command whose words were read: "lightmill workers drain".
 std::string words_read(const CLI::App& app);
 
-/// The text of a parse error of `app`: "`lightmill render` has no option --sise; did you mean '--size'?".
+/// The text of a parse error of `app`: "`lightmill render` has no option --sise. Did you mean '--size'?".
 std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace lightmill

@@ -104,7 +104,7 @@ Status check_method_layers(std::string_view method, const std::vector<LayerSpec>
   for (const LayerSpec& layer : layers) {
     const bool light = all && !light_group_of(layer.name).empty();
     if (layer.name != "beauty" && !light && std::ranges::find(known, layer.name) == known.end()) {
-      return invalid_argument("method {} has no layer \"{}\"; it has {}{}", printable(method), layer.name,
+      return invalid_argument("method {} has no layer \"{}\". It has {}{}", printable(method), layer.name,
                               fmt::join(known, ", "), layer.name == "caustic" ? ". The method caustic has it" : "");
     }
   }
@@ -132,7 +132,7 @@ Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const 
   for (const LayerSpec& layer : layers) {
     const std::string_view group = light_group_of(layer.name);
     if (!group.empty() && layer.name != kRestLayer && std::ranges::find(groups, group) == groups.end()) {
-      return invalid_argument("the scene has no light group \"{}\"; it has {}", group,
+      return invalid_argument("the scene has no light group \"{}\". It has {}", group,
                               groups.empty() ? "none" : fmt::format("{}", fmt::join(groups, ", ")));
     }
   }

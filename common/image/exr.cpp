@@ -149,7 +149,7 @@ Result<Image> read_image(ByteView bytes) {
   std::size_t count = 0;
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it, ++count) {
     if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
-      return invalid_argument("channel {} is subsampled; only full resolution is read", it.name());
+      return invalid_argument("channel {} is subsampled. Only full resolution is read", it.name());
     }
   }
   LM_RETURN_IF_ERROR(check_plausible(image, count, bytes.size()));

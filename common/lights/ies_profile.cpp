@@ -112,7 +112,7 @@ Result<Head> read_head(IesText& text) {
     }
     return Head{recent, tilt != "NONE"};
   }
-  return text.error("there is no line TILT=; is this an IES file?");
+  return text.error("there is no line TILT=. Is this an IES file?");
 }
 
 Status read_angles(IesText& text, std::string_view what, std::size_t count, double low, double high,

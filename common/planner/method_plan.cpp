@@ -241,8 +241,9 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
     return {{"vcm" + parameters}, {passed_over}};
   }
   return caustic_finds_more(facts)
-             ? MethodPlan{{"caustic" + parameters}, {"no method of auto finds all light; caustic finds more than path"}}
-             : MethodPlan{{"path" + parameters}, {"no method of auto finds all light; none finds more than path"}};
+             ? MethodPlan{{"caustic" + parameters},
+                          {"no method of auto finds all light, but caustic finds more than path"}}
+             : MethodPlan{{"path" + parameters}, {"no method of auto finds all light, and none finds more than path"}};
 }
 
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method) {

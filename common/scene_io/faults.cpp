@@ -1,5 +1,7 @@
 #include "common/scene_io/faults.h"
 
+#include <cctype>
+
 #include "common/base/text.h"
 
 namespace lightmill {
@@ -18,7 +20,11 @@ void Faults::add(std::string_view kind, std::string_view fault, std::string_view
 std::vector<std::string> Faults::notices() const {
   std::vector<std::string> out;
   for (const Kind& kind : kinds_) {
-    out.push_back(fmt::format("{}; {}{}", kind.fault, kind.answer,
+    std::string answer = kind.answer;
+    if (!answer.empty()) {
+      answer.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(answer.front())));
+    }
+    out.push_back(fmt::format("{}. {}{}", kind.fault, answer,
                               kind.others == 0 ? "" : fmt::format(" (and {} more like it)", kind.others)));
   }
   if (beyond_ > 0) {

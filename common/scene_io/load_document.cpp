@@ -148,7 +148,7 @@ Status name_fetcher(const Status& status, const fs::path& folder, const SceneFil
   if (status.code() != StatusCode::kNotFound || !files.is_file(script)) {
     return status;
   }
-  return not_found("{}; run {} to fetch the models", message_of(status), script.string());
+  return not_found("{}. Run {} to fetch the models", message_of(status), script.string());
 }
 
 }  // namespace

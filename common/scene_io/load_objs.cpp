@@ -30,7 +30,7 @@ std::optional<std::string> find_file(FileFinder& finder, const fs::path& folder,
   std::optional<std::string> found = finder.find(folder, written);
   if (found && *found != written) {
     faults.add("file " + written, fmt::format("{}there is no file {}", place, utf8_text(written)),
-               utf8_text(*found) + " is read instead");
+               "instead, " + utf8_text(*found) + " is read");
   }
   return found;
 }

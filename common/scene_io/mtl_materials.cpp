@@ -152,7 +152,7 @@ class Mapper {
     } else {
       out.kind = DiffuseMaterial{diffuse_color(out)};
       if (illum > 4) {
-        leave_out(fmt::format("illum {}", illum), from_->line_of("illum"), "; it is rendered as diffuse");
+        leave_out(fmt::format("illum {}", illum), from_->line_of("illum"), ". It is rendered as diffuse");
       }
     }
   }

@@ -350,7 +350,7 @@ class ObjReader {
         return ok_status();
       }
     }
-    return lines_.error("unknown statement \"{}\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected",
+    return lines_.error("unknown statement \"{}\". Known are v, vt, vn, f, o, g, s, usemtl and mtllib",
                         keyword.substr(0, 40));
   }
 

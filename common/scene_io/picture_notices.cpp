@@ -216,7 +216,7 @@ Status check_image_header(const ImageAsset& image, const ImageSize& size, std::v
   LM_RETURN_IF_ERROR(with_context(check_environment_size(size.width, size.height), where));
   if (std::abs(size.width - 2 * size.height) > 1) {  // an odd width cannot be exact
     notices.push_back(
-        fmt::format("{}: its {}x{} pixels are stretched over all longitudes and latitudes; such an image is twice as "
+        fmt::format("{}: its {}x{} pixels are stretched over all longitudes and latitudes. Such an image is twice as "
                     "wide as high",
                     where, size.width, size.height));
   }

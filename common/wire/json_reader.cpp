@@ -107,7 +107,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
 
   bool null() override {
     next_token();
-    return take_target() && fail(path_, "null is not allowed; {} or the field must be left out", expected_of(*field_));
+    return take_target() && fail(path_, "null is not allowed: {}. It may also be left out", expected_of(*field_));
   }
   bool boolean(bool value) override {
     next_token();
@@ -231,7 +231,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     const std::string_view rest = text_.substr(token_);
     for (const std::string_view name : {"NaN", "nan", "Infinity", "-Infinity", "inf", "-inf", "-NaN", "-nan"}) {
       if (rest.starts_with(name)) {
-        return fail(current_path(), "{} is not allowed; a finite number is expected", name);
+        return fail(current_path(), "{} is not a finite number", name);
       }
     }
     if (error.id == 406) {

@@ -61,7 +61,7 @@ Result<RgbColor> strength_from_wire(const std::string& path, const v1::Strength&
   }
   LM_RETURN_IF_ERROR(check_power(path + ".color", color));
   if (is_black(color)) {
-    return invalid_argument("{}.color: must not be black; an amount of 0 turns the light off", path);
+    return invalid_argument("{}.color: must not be black. An amount of 0 turns the light off", path);
   }
   const Vec3d out = with_luminance(Vec3d(color.r, color.g, color.b), radiometric_amount(unit, amount) * scale);
   return RgbColor{static_cast<float>(out.x), static_cast<float>(out.y), static_cast<float>(out.z)};
@@ -255,7 +255,7 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
         break;
     }
     return invalid_argument(
-        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, disk, rectangle, "
+        "{}: a kind of light must be given. The kinds are point, directional, spot, cosine_power, disk, rectangle, "
         "ies, environment",
         path);
   };

@@ -171,7 +171,7 @@ Status kind_from_wire(const std::string& path, const v1::Material& material, con
       break;
   }
   return invalid_argument(
-      "{}: a kind of material must be given; the kinds are diffuse, mirror, dielectric, phong, conductor, principled, "
+      "{}: a kind of material must be given. The kinds are diffuse, mirror, dielectric, phong, conductor, principled, "
       "holdout",
       path);
 }

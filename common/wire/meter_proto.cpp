@@ -76,7 +76,7 @@ Result<Meter> meter_from_wire(const std::string& path, const v1::Meter& meter) {
     case v1::Meter::KIND_NOT_SET:
       break;
   }
-  return invalid_argument("{}: a kind of meter must be given; the kinds are irradiance, patch, radiance, flux", path);
+  return invalid_argument("{}: a kind of meter must be given. The kinds are irradiance, patch, radiance, flux", path);
 }
 
 }  // namespace lightmill

@@ -106,7 +106,7 @@ Status shape_from_wire(const std::string& path, const v1::Object& object, Object
     case v1::Object::SHAPE_NOT_SET:
       break;
   }
-  return invalid_argument("{}: a shape must be given; the shapes are mesh, sphere, plane, triangle", path);
+  return invalid_argument("{}: a shape must be given. The shapes are mesh, sphere, plane, triangle", path);
 }
 
 void to_wire_shape(const Object& object, v1::Object* out) {

@@ -29,7 +29,7 @@ Result<std::string> worker_name(const Identity& identity, std::string_view said)
   if (identity.is_known() && slash) {
     return invalid_argument(
         "a worker's name has no slash, because the name of its certificate or token and a slash "
-        "come before it; got '{}'",
+        "come before it, got '{}'",
         as_name(said));
   }
   std::string name =

@@ -62,7 +62,7 @@ Result<Identity> TokenRegistry::identify(std::string_view text, std::int64_t now
   const bool same = same_digest(sha256(text), token != nullptr ? token->hash : Sha256{});
   if (token == nullptr || !same) {
     return make_error(StatusCode::kUnauthenticated,
-                      "the token {}… is unknown here: it was revoked, or belongs to another farm; ask an admin for "
+                      "the token {}… is unknown here: it was revoked, or belongs to another farm. Ask an admin for "
                       "a new one",
                       *id);
   }

@@ -111,7 +111,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
                                [readiness = parts->readiness](bool storing) { readiness->set_storing(storing); }});
   parts->server = builder.BuildAndStart();
   if (parts->server == nullptr) {
-    return internal_error("gRPC does not start; its log says why (--log-level debug)");
+    return internal_error("gRPC does not start. Its log says why (--log-level debug)");
   }
   parts->listener->start(std::move(take));
   parts->readiness->start(parts->server->GetHealthCheckService());

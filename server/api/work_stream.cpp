@@ -53,7 +53,7 @@ void WorkStream::send(CoordinatorMessage message) {
       return;
     }
   }
-  spdlog::warn("session {}: the worker does not read its messages; its stream is ended", session_.value);
+  spdlog::warn("session {}: the worker does not read its messages. Its stream is ended", session_.value);
   disconnect(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
 }
 

@@ -36,10 +36,8 @@ void Dismissals::judge(SessionId session, std::uint32_t bad_results, const Statu
   }
   if (bad_results >= limits_.max_bad_results) {
     const std::string name = worker->name();
-    dismiss(
-        session,
-        fmt::format("the worker sent {} invalid results; error of the last one: {}", bad_results, message_of(error)),
-        event);
+    dismiss(session,
+            fmt::format("the worker sent {} invalid results. The last one: {}", bad_results, message_of(error)), event);
     while (!worker->leases().empty()) {
       life_cycle_.end_lease(*worker->leases().begin(), {.lost = true}, event);
     }

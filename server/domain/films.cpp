@@ -93,7 +93,7 @@ void Films::give_up(const Event& event) {
     event.effects.films.push_back(
         {wanted.job,
          resource_exhausted("the film of job {} is not read from the store yet: films that are being sent take all "
-                            "of --films-gib, or the store is slow; try again",
+                            "of --films-gib, or the store is slow. Try again",
                             wanted.job.value)});
     const Job* const job = jobs_.find(wanted.job);
     if ((i == 0 && reading_) || (job != nullptr && job->awaits_film())) {

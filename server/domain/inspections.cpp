@@ -95,10 +95,10 @@ void Inspections::left(SessionId session, bool lost, const Event& event) {
   waiting.lost += lost ? 1 : 0;
   if (waiting.lost >= limits_.losses) {
     event.warn({}, "inspection {} failed: {} workers were lost with it", id.value, waiting.lost);
-    answer(id,
-           unavailable("{} workers were lost while they read these files; the files may be too large or damaged",
-                       waiting.lost),
-           event);
+    answer(
+        id,
+        unavailable("{} workers were lost while they read these files. They may be too large or damaged", waiting.lost),
+        event);
   }
 }
 

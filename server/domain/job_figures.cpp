@@ -71,7 +71,7 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     const RenderSettings& settings = job.spec().settings;
     if (may_gather(settings, job.record().method_notes) && NodeLayout(settings.layers).bias < 0) {
       return failed_precondition(
-          "an error goal needs the layer \"bias\" in the film, because the method may gather photons; submit the job "
+          "an error goal needs the layer \"bias\" in the film, because the method may gather photons. Submit the job "
           "again with an error goal");
     }
     goal.error = to.error;

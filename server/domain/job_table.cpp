@@ -73,7 +73,7 @@ Status JobTable::check_room(const JobSpec& spec) const {
   if (all_bytes > limits_.scene_bytes || own_bytes > limits_.scene_bytes / 2) {
     return resource_exhausted(
         "the scenes of all jobs would need {:.4g} GiB, those of '{}' {:.4g} GiB: the farm keeps at most {:.4g} GiB, and "
-        "half of it for one user; delete some jobs that have ended",
+        "half of it for one user; Delete some jobs that have ended",
         gib(all_bytes), owner, gib(own_bytes), gib(limits_.scene_bytes));
   }
   return ok_status();
@@ -107,7 +107,7 @@ Status JobTable::check_footprint(const JobSpec& spec, const Job* instead_of) con
   if (active + largest_ended > limits_.film_bytes) {
     return resource_exhausted(
         "the films of all jobs that have not ended may need {:.4g} GiB, and the largest film of an ended job {:.4g} "
-        "GiB: more than --films-gib {:.4g} of the server allows; try again when a job has ended",
+        "GiB: more than --films-gib {:.4g} of the server allows. Try again when a job has ended",
         gib(active), gib(largest_ended), gib(limits_.film_bytes));
   }
   return ok_status();

@@ -82,7 +82,7 @@ void Quarantine::pause_for_bug(Job& job, const NodeKey& key, const Dispute& disp
   drop_node(job, key.tile, key.range, event);
   life_cycle_.pause(
       job,
-      fmt::format("{} have {} different results, from {}: this is a bug of the program, not of a worker; please report "
+      fmt::format("{} have {} different results, from {}: this is a bug of the program, not of a worker. Please report "
                   "it. Resume the job to render them again",
                   describe_place(job, key.tile, key.range), dispute.wrong.size(), describe_renderers(dispute.wrong)),
       event);

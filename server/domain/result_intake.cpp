@@ -165,7 +165,7 @@ void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer&
   if (differs && !job.spec().allow_mixed) {
     event.warn(
         about(job.id(), by.worker),
-        "job {}, tile {}, samples [{}, {}): worker {} sent other bits than the merged ones; its result is dropped",
+        "job {}, tile {}, samples [{}, {}): worker {} sent other bits than the merged ones. Its result is dropped",
         job.id().value, key.tile.value, key.range.first(), key.range.end(), by.worker);
   }
 }

@@ -55,7 +55,7 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   if (workers_.is_full(hello.name)) {
     dismissals_.dismiss(
         session,
-        fmt::format("the farm is full: it takes {} workers (--max-workers); try again later", limits_.max_workers),
+        fmt::format("the farm is full: it takes {} workers (--max-workers). Try again later", limits_.max_workers),
         event, true);
     return;
   }
@@ -65,7 +65,7 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
     if (heard && !known->draining() && !same_process(known->hello(), hello)) {
       dismissals_.dismiss(
           session,
-          fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
+          fmt::format("another worker named {} is connected (process {} on {}). Choose another --name, or leave it "
                       "out for one that is unique",
                       hello.name, known->hello().pid, known->hello().host),
           event);

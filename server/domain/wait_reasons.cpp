@@ -68,7 +68,7 @@ Wait why_none_may(const Job& job, const WorkerKinds::ByKind& kinds) {
     return {WaitReason::refused, job.refusals().reason_to_wait()};
   }
   if (too_small.count > 0) {
-    return {WaitReason::larger_worker, fmt::format("waits for a larger worker; for {} {}", too_small.first->name(),
+    return {WaitReason::larger_worker, fmt::format("waits for a larger worker: for {} {}", too_small.first->name(),
                                                    too_small.first->too_large().at(job.id()))};
   }
   if (of_others.count == 0) {

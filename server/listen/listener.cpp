@@ -114,7 +114,7 @@ int listen_everywhere(int port) {
 std::string bind_problem(int error, std::string_view option) {
   switch (error) {
     case EADDRINUSE:
-      return fmt::format("another program (another lightmill-server?) is using the port; choose another with {}",
+      return fmt::format("another program (another lightmill-server?) is using the port. Choose another with {}",
                          option);
     case EADDRNOTAVAIL:
       return "this machine has no such address; 0.0.0.0 means all of its addresses";
@@ -253,7 +253,7 @@ bool Listener::accept_all(int listening) {
         const bool tell = told_at_ == Time{} || now - told_at_ >= kTellPause;
         told_at_ = tell ? now : told_at_;
         spdlog::log(tell ? spdlog::level::warn : spdlog::level::debug,
-                    "port {} cannot accept a connection: {}; it tries again every {} ms", port_, std::strerror(error),
+                    "port {} cannot accept a connection: {}. It tries again every {} ms", port_, std::strerror(error),
                     kPauseMs);
         return false;
       }

@@ -62,7 +62,7 @@ void SelfCheck::run() {
       if (answering) {
         spdlog::info("port {} answers again", listener_.port());
       } else {
-        spdlog::warn("port {} does not answer calls from this process: {}; health checks report this", listener_.port(),
+        spdlog::warn("port {} does not answer calls from this process: {}. Health checks report this", listener_.port(),
                      message_of(status));
       }
       on_answering_(answering);

@@ -15,7 +15,7 @@ namespace {
 Status check_store(const TaskContext& context) {
   return context.no_store.empty()
              ? ok_status()
-             : resource_exhausted("the farm cannot store anything now, so nothing is changed: {}; try again later",
+             : resource_exhausted("the farm cannot store anything now, so nothing is changed: {}. Try again later",
                                   context.no_store);
 }
 

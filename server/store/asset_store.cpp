@@ -39,7 +39,7 @@ Status AssetBudget::check(const Sha256& digest, const std::string& user, std::ui
   }
   if (used_bytes_ + more_bytes > limits_.total_bytes) {
     return resource_exhausted(
-        "the farm's assets would exceed their limit of {} bytes; raise --max-assets-gib or delete jobs",
+        "the farm's assets would exceed their limit of {} bytes. Raise --max-assets-gib or delete jobs",
         limits_.total_bytes);
   }
   return check_user(user, more_bytes);
@@ -51,7 +51,7 @@ Status AssetBudget::check_user(const std::string& user, std::uint64_t more_bytes
   if (!user.empty() && (of_user == bytes_of_.end() ? 0 : of_user->second) + more_bytes > limit) {
     return resource_exhausted(
         "the assets of '{}' would exceed their limit of {} bytes (--user-disk-gib, --max-assets-gib): delete jobs that "
-        "use them; assets that no job uses are deleted after a day",
+        "use them. Assets that no job uses are deleted after a day",
         user, limit);
   }
   return ok_status();

@@ -104,7 +104,7 @@ std::size_t take_node(JobId job, const FilmPosition& position, std::uint64_t non
 void log_damage(const NodeKey& key) {
   const SampleRange& range = key.range;
   const bool sound = range.level <= kMaxRangeLevel;  // otherwise its sample numbers are unknown
-  spdlog::error("job {}: stored samples {} of tile {} are damaged; they will be rendered again", key.job.value,
+  spdlog::error("job {}: stored samples {} of tile {} are damaged. They will be rendered again", key.job.value,
                 sound ? fmt::format("[{}, {})", range.first(), range.end())
                       : fmt::format("number {} of level {}", range.index, range.level),
                 key.tile.value);

@@ -18,7 +18,7 @@ Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets
   return memory.bytes <= max_bytes
              ? ok_status()
              : resource_exhausted(
-                   "the scene takes about {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows; "
+                   "the scene takes about {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows. "
                    "{} takes {:.3g} of them",
                    gib(memory.bytes), gib(max_bytes), memory.largest, gib(memory.largest_bytes));
 }
@@ -26,7 +26,7 @@ Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets
 Status out_of_memory_error(std::string_view while_what) {
   const std::uint64_t usable = usable_memory();
   return resource_exhausted(
-      "out of memory while {}: this worker may use {}; give it more, or run it with fewer --threads", while_what,
+      "out of memory while {}: this worker may use {}. Give it more, or run it with fewer --threads", while_what,
       usable > 0 ? human_bytes(usable) : "an unknown amount");
 }
 

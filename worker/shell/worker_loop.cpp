@@ -306,7 +306,7 @@ void WorkerLoop::log_failure(const std::string& address, const Status& status, b
   } else if (refused) {
     trouble = {text, std::move(trouble.status), ""};
     spdlog::warn(
-        "refused by {}: {}; tries again in {:.0f} s, then less often, up to every {:.0f} s, and logs only a new reason",
+        "refused by {}: {}. The next try is in {:.0f} s, later ones up to {:.0f} s apart. Only new reasons are logged",
         address, printable(text), to_seconds(refused_least_), to_seconds(refused_most_));
   } else if (!explaining_now_) {
     trouble.before = std::exchange(trouble.status, text);
@@ -332,9 +332,9 @@ void WorkerLoop::explain(const std::string& address, const Status& status) {
 void WorkerLoop::log_trouble(const std::string& address, const std::string& why) {
   const auto trouble = troubles_.find(address);
   if (trouble == troubles_.end()) {
-    spdlog::info("had no connection to {}: {}; now it is connected", address, printable(why));
+    spdlog::info("had no connection to {}: {}. Now it is connected", address, printable(why));
   } else if (trouble->second.why != why) {
-    spdlog::warn("no connection to {}: {}; tries again, and logs only a new reason", address, printable(why));
+    spdlog::warn("no connection to {}: {}. It tries again, and logs only new reasons", address, printable(why));
     trouble->second.why = why;
   }
 }

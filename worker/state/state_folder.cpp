@@ -33,12 +33,12 @@ Result<StateFolder> StateFolder::take(const fs::path& root) {
     }
     if (error) {
       return make_error(StatusCode::kPermissionDenied,
-                        "cannot create the state folder {}: {}; give another with --state", path.string(),
+                        "cannot create the state folder {}: {}. Give another with --state", path.string(),
                         error.message());
     }
     if (!is_own(path)) {
       return failed_precondition(
-          "the state folder {} belongs to another user, or everyone may write to it; give another with --state",
+          "the state folder {} belongs to another user, or everyone may write to it. Give another with --state",
           path.string());
     }
     Result<FileLock> lock = FileLock::acquire(path / "lock", "in use");
@@ -46,7 +46,7 @@ Result<StateFolder> StateFolder::take(const fs::path& root) {
       return StateFolder(path, *std::move(lock));
     }
     if (lock.status().code() != StatusCode::kFailedPrecondition) {
-      return make_error(lock.status().code(), "{}; give another state folder with --state", message_of(lock.status()));
+      return make_error(lock.status().code(), "{}. Give another state folder with --state", message_of(lock.status()));
     }
   }
   return resource_exhausted("{} workers have a folder in {}, which is the limit: give another with --state",
@@ -85,7 +85,7 @@ Result<fs::path> default_state_root() {
   if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
     return fs::path(home) / ".local" / "state" / "lightmill-worker";
   }
-  return failed_precondition("no folder for the worker's state: HOME is not set; give one with --state");
+  return failed_precondition("no folder for the worker's state: HOME is not set. Give one with --state");
 }
 
 }  // namespace lightmill

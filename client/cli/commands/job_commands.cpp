@@ -226,7 +226,7 @@ void add_job_commands(CLI::App& app, Context& context) {
       [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) {
         return done(connection.set_priority(job, given.priority));
       })
-      ->add_option("--to", options->priority, "jobs with a higher priority go first; new jobs have 0")
+      ->add_option("--to", options->priority, "jobs with a higher priority go first. New jobs have 0")
       ->type_name("P")
       ->required()
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()));

@@ -228,7 +228,7 @@ Result<ExitCode> run_lab(Context& context, const Console& console, const LabOpti
   const auto done =
       std::ranges::count_if(wanted, [&](const std::string& key) { return folder.results().contains(key); });
   if (!status.ok()) {
-    console.notice(fmt::format("{} of {} results are in {}; the same command resumes from them", done, wanted.size(),
+    console.notice(fmt::format("{} of {} results are in {}. The same command continues from them", done, wanted.size(),
                                options.folder));
     return console.fail(status);
   }

@@ -189,8 +189,8 @@ void add_token_commands(CLI::App& app, Context& context) {
       ->capture_default_str();
   made->add_option(
           "--enrol", options->enrolments,
-          "instead of roles: N workers can enrol with it for a token of their own (lightmill-worker --enrol-file); "
-          "it has no other use")
+          "instead of roles: N workers can enrol with it for a token of their own (lightmill-worker --enrol-file). "
+          "It has no other use")
       ->type_name("N")
       ->check(whole_number(1, kMaxEnrolments))
       ->excludes("--roles");
@@ -213,7 +213,7 @@ void add_token_commands(CLI::App& app, Context& context) {
   CLI::App* revoked = tokens->add_subcommand("revoke", "Revoke a token.");
   revoked->add_option("ID", options->id, "its id, as `tokens` prints it")->required();
   revoked->add_flag("--enrolled", options->enrolled,
-                    "also revoke the tokens of all workers that it enrolled; the token itself may be revoked already");
+                    "also revoke the tokens of all workers that it enrolled. The token itself may be revoked already");
   add_common_options(*revoked, context);
   ask_farm(*revoked, context, [options](CoordinatorClient& connection, const Console& console) {
     return revoke(connection, console, *options);

@@ -18,7 +18,7 @@ namespace {
 constexpr const char* kWatchMore =
     "With -o FILE.png the file is rewritten as the picture improves. When the job is done, every -o is written from\n"
     "the finished film. If the farm goes away, the command retries for ten minutes. Ctrl-C stops watching, not the\n"
-    "job. With --tev it ends once the viewer has the whole picture; exit code 1 if the viewer does not get it.";
+    "job. With --tev it ends once the viewer has the whole picture. The exit code is 1 if the viewer does not get it.";
 
 struct WatchOptions {
   std::uint64_t job = 0;
@@ -58,7 +58,7 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
                                          });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
-      console.notice(fmt::format("job {} continues; follow it again with `lightmill watch {}{}`", options.job,
+      console.notice(fmt::format("job {} continues. Follow it again with `lightmill watch {}{}`", options.job,
                                  options.job, context.common.server_words()));
     }
     return console.fail(job.status());

@@ -44,8 +44,9 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   }
   for (const v1::Worker& worker : workers) {
     if (!worker.quarantine().empty()) {
-      console.notice(fmt::format("{} is in quarantine ({}). End it with `lightmill workers release {}{}`",
-                                 worker.name(), worker.quarantine(), worker.name(), common.server_words()));
+      console.notice(fmt::format(
+          "{} is in quarantine ({}). Check its machine, then release it with `lightmill workers release {}{}`",
+          worker.name(), worker.quarantine(), worker.name(), common.server_words()));
     }
   }
   if (workers.empty()) {
@@ -78,7 +79,7 @@ Status quarantine_worker(CoordinatorClient& connection, const Console& console,
   LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.quarantine_worker(request));
   console.object(to_json(worker));
   console.result(fmt::format(
-      "worker {} and all others of its identity are in quarantine{}; release them with `lightmill workers release {}`",
+      "worker {} and all others of its identity are in quarantine{}. Release them with `lightmill workers release {}`",
       request.name(), request.render_again() ? ", and their results are rendered again" : "", request.name()));
   return ok_status();
 }

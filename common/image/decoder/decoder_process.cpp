@@ -298,7 +298,7 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, DecodeRequest request, c
       return cancelled("it is no longer needed");
     }
   }
-  return failed_precondition("cannot decode it: {} was started twice and ended ({}); run it by hand to see why",
+  return failed_precondition("cannot decode it: {} was started twice and ended ({}). Run it by hand to see why",
                              options_.program.string(), end);
 }
 

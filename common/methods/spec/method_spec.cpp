@@ -103,7 +103,7 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
   LM_ASSIGN_OR_RETURN(spec.distance, bounded_number(key, value, 0, 1e12));
   return *spec.distance > 0
              ? ok_status()
-             : invalid_argument("{}: a number above 0 is expected, got '{}'; without it there is no limit", key, value);
+             : invalid_argument("{}: a number above 0 is expected, got '{}'. Without it there is no limit", key, value);
 }
 
 }  // namespace
@@ -171,7 +171,7 @@ Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
 Status check_method_media(std::string_view method, bool scattering) {
   return !follows_photons(method) || !scattering
              ? ok_status()
-             : invalid_argument("{} does not support scattering media; path does", method);
+             : invalid_argument("{} does not support scattering media, but path does", method);
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {

@@ -59,7 +59,7 @@ Status check_ies(const std::string& path, const IesLight& ies) {
   LM_RETURN_IF_ERROR(check_direction(path + ".ies.up", ies.up));
   LM_RETURN_IF_ERROR(check_power(path + ".ies.color", ies.color));
   if (ies.color == RgbColor{}) {
-    return invalid_argument("{}.ies.color: must not be black; a scale of 0 turns the light off", path);
+    return invalid_argument("{}.ies.color: must not be black. A scale of 0 turns the light off", path);
   }
   LM_RETURN_IF_ERROR(check_up(path + ".ies.up", ies.up, ies.direction));
   return check_range(path + ".ies.scale", ies.scale, 0, kMaxPower);

@@ -248,7 +248,7 @@ Result<std::string> GltfData::uri_bytes(const JsonNode& node) const {
     return file.status();
   }
   if (file->name != name) {
-    node.fault(fmt::format("there is no file {}", utf8_text(name)), utf8_text(file->name) + " is read instead");
+    node.fault(fmt::format("there is no file {}", utf8_text(name)), "instead, " + utf8_text(file->name) + " is read");
   }
   return std::move(file->bytes);
 }

@@ -130,7 +130,7 @@ Status migrate_from(int format, Session& session) {
     return session.execute("ROLLBACK");  // another coordinator has migrated it
   }
   LM_RETURN_IF_ERROR(check_idle(session));
-  spdlog::info("{} has store format {}; converting its tables to format {}", session.place(), format, kFormat);
+  spdlog::info("{} has store format {}. Converting its tables to format {}", session.place(), format, kFormat);
   LM_RETURN_IF_ERROR(fill(session, format));
   LM_RETURN_IF_ERROR(session.execute("COMMIT"));
   spdlog::info(

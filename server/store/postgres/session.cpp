@@ -145,7 +145,7 @@ Status Session::set_up() {
   LM_RETURN_IF_ERROR(execute(kSettings));
   LM_ASSIGN_OR_RETURN(const Rows rows, query("SELECT current_setting('server_encoding')"));
   if (rows.view(0, 0) != "UTF8") {
-    return failed_precondition("{}: the database's encoding is {}; create it with ENCODING 'UTF8'", place_,
+    return failed_precondition("{}: the database's encoding is {}. Create it with ENCODING 'UTF8'", place_,
                                rows.view(0, 0));
   }
   return prepare_all();

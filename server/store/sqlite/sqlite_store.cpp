@@ -268,7 +268,7 @@ void log_kept(const fs::path& kept, std::int64_t version) {
 /// either it has its old format or the copies are complete.
 Status keep_and_convert(Database& database, const fs::path& file, std::int64_t version, sqlite::StoreRow& row) {
   const fs::path kept = kept_name(file, version), fresh = with_suffix(kept, ".new");
-  spdlog::info("{} has store format {}; converting it to format {}", file.string(), version, kSqliteFormatVersion);
+  spdlog::info("{} has store format {}. Converting it to format {}", file.string(), version, kSqliteFormatVersion);
   std::error_code error;
   fs::remove(fresh, error);
   LM_ASSIGN_OR_RETURN(Statement copy, database.prepare("VACUUM INTO ?1"));
@@ -368,7 +368,7 @@ Status migrate(const fs::path& file) {
     return ok_status();
   }
   const fs::path fresh = with_suffix(file, ".new"), kept = kept_name(file, sqlite::kOldestFormat);
-  spdlog::info("{} has store format {}; converting it to format {}", file.string(), sqlite::kOldestFormat,
+  spdlog::info("{} has store format {}. Converting it to format {}", file.string(), sqlite::kOldestFormat,
                kSqliteFormatVersion);
   for (const char* const suffix : {"", "-wal", "-chain"}) {
     fs::remove(with_suffix(fresh, suffix));

@@ -102,10 +102,12 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   EXPECT_EQ(on_farm({"workers", "quarantine", "w1", "--reason", "smells of smoke"})["quarantine"],
             "put there by hand: smells of smoke");
   const std::string notices = lightmill({"workers", "--server", server()}).err;
-  EXPECT_NE(notices.find("w1 is in quarantine (put there by hand: smells of smoke). End it with `lightmill workers "
-                         "release w1 --server " +
-                         server() + "`"),
-            std::string::npos)
+  EXPECT_NE(
+      notices.find(
+          "w1 is in quarantine (put there by hand: smells of smoke). Check its machine, then release it with `lightmill workers "
+          "release w1 --server " +
+          server() + "`"),
+      std::string::npos)
       << notices;
   on_farm({"workers", "release", "w1"});
   EXPECT_TRUE(on_farm({"workers"})["workers"][0]["quarantine"].is_null());

@@ -269,12 +269,12 @@ TEST_F(CliTest, InvalidLayersAreRefusedAtOnce) {
     return result.err;
   };
   EXPECT_NE(error({"render", balls, "-o", file("a.exr"), "--layers", "depht"})
-                .find("unknown layer 'depht'; did you mean 'depth'?"),
+                .find("unknown layer 'depht'. Did you mean 'depth'?"),
             std::string::npos);
   EXPECT_NE(error({"render", balls, "-o", file("a.exr"), "--method", "preview", "--layers", "direct"})
                 .find("method preview has no layer \"direct\""),
             std::string::npos);
-  EXPECT_NE(error({"submit", balls, "--layers", "light:key"}).find("the scene has no light group \"key\"; it has none"),
+  EXPECT_NE(error({"submit", balls, "--layers", "light:key"}).find("the scene has no light group \"key\". It has none"),
             std::string::npos);
 }
 

@@ -45,8 +45,8 @@ TEST_F(CliTest, FaultsOfMeshFilesAreNoticesUnlessStrict) {
   const nlohmann::json answer = json({"check", odd});
   EXPECT_EQ(answer["triangles"], 13);
   EXPECT_EQ(answer["lights"]["environment"], 1);
-  EXPECT_TRUE(has_notice(answer, odd + ":1: mtllib: there is no file none.mtl; ")) << answer["notices"];
-  EXPECT_TRUE(has_notice(answer, odd + ":16: unknown statement \"odd\"; ")) << answer["notices"];
+  EXPECT_TRUE(has_notice(answer, odd + ":1: mtllib: there is no file none.mtl. ")) << answer["notices"];
+  EXPECT_TRUE(has_notice(answer, odd + ":16: unknown statement \"odd\". ")) << answer["notices"];
   for (const char* command : {"check", "render"}) {
     const CommandResult strict = lightmill({command, odd, "--strict"});
     EXPECT_EQ(strict.exit_code, 2) << command;

@@ -56,7 +56,7 @@ TEST(Log, LinesStateThatTheirTimeIsUtc) {
 TEST(Log, ErrorsNameTheOptionAndTheKnownWords) {
   EXPECT_EQ(
       message_of(start_logging("bad", "wran", "text")),
-      "--log-level: unknown level 'wran'; did you mean 'warn'? Known levels: trace, debug, info, warn, error, off");
+      "--log-level: unknown level 'wran'. Did you mean 'warn'? Known levels: trace, debug, info, warn, error, off");
   EXPECT_EQ(message_of(start_logging("bad", "info", "xml")),
             "--log-format: unknown format 'xml'. Known formats: text, json");
 }

@@ -87,7 +87,7 @@ TEST(ImageCheck, NegativeValuesAreReportedOnce) {
 TEST(ImageCheck, AnEnvironmentThatIsNotTwiceAsWideAsHighHasANotice) {
   for (const auto& [width, environment, notice] : std::vector<std::tuple<std::size_t, bool, std::string>>{
            {6, true,
-            "place: a.exr: its 6x1 pixels are stretched over all longitudes and latitudes; such an image is twice as "
+            "place: a.exr: its 6x1 pixels are stretched over all longitudes and latitudes. Such an image is twice as "
             "wide as high"},
            {3, true, ""},
            {2, true, ""},

@@ -236,7 +236,7 @@ TEST(Table, ColorsTakeNoColumns) {
 TEST(Table, LosesNothingAtAnyWidth) {
   const Rows rows{
       {"JOB", "DIGEST", "NAME", "REASON"},
-      {"7", std::string(64, 'd'), "冷却塔-with-a-long-name", "waits for a larger worker; for small: memory"},
+      {"7", std::string(64, 'd'), "冷却塔-with-a-long-name", "waits for a larger worker: for small: memory"},
       {"8", "", "b", "ok"}};
   const auto letters = [](std::string text) {
     std::erase(text, ' ');

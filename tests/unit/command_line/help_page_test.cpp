@@ -195,19 +195,19 @@ TEST(HelpPage, FitsItsWidth) {
 }
 
 TEST(UsageErrors, NameTheNearestWord) {
-  EXPECT_EQ(Mill().error_of({"girnd", "wheat"}), "unknown command 'girnd'; did you mean 'grind'?");
+  EXPECT_EQ(Mill().error_of({"girnd", "wheat"}), "unknown command 'girnd'. Did you mean 'grind'?");
   EXPECT_EQ(Mill().error_of({"dance"}), "unknown command 'dance'. Commands: grind, grow, halt");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--sise", "3"}),
-            "`mill grind` has no option --sise; did you mean '--size'?");
+            "`mill grind` has no option --sise. Did you mean '--size'?");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--sise=3"}),
-            "`mill grind` has no option --sise; did you mean '--size'?");
-  EXPECT_EQ(Mill().error_of({"grind", "--sise", "3"}), "`mill grind` has no option --sise; did you mean '--size'?");
+            "`mill grind` has no option --sise. Did you mean '--size'?");
+  EXPECT_EQ(Mill().error_of({"grind", "--sise", "3"}), "`mill grind` has no option --sise. Did you mean '--size'?");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--beautifully"}), "`mill grind` has no option --beautifully");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "rye"}), "unexpected argument 'rye'");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--size", "a", "--size", "b"}), "--size is given more than once");
   EXPECT_EQ(Mill().error_of({"grind"}), "GRAIN must be given");
   EXPECT_EQ(Mill().error_of({}), "a command is missing. Commands: grind, grow, halt");
-  EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), "; did you mean 'abd'?");
+  EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), ". Did you mean 'abd'?");
 }
 
 TEST(UsageErrors, HaveNoWordsOfTheParser) {
@@ -221,7 +221,7 @@ TEST(UsageErrors, HaveNoWordsOfTheParser) {
 TEST(UsageErrors, NameTheKnownWords) {
   const std::vector<std::string> states{"queued", "running"};
   EXPECT_EQ(unknown_text("state", "runnin", states),
-            "unknown state 'runnin'; did you mean 'running'? Known states: queued, running");
+            "unknown state 'runnin'. Did you mean 'running'? Known states: queued, running");
   EXPECT_EQ(unknown_text("state", "o\x1b[m", states), "unknown state 'o\\x1b[m'. Known states: queued, running");
 }
 

@@ -154,7 +154,7 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownNames) {
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
   EXPECT_EQ(message_of(method.status()),
-            "unknown method 'pathh'; did you mean 'path'? Known methods: auto, path, caustic, vcm, ppm, photon-map, "
+            "unknown method 'pathh'. Did you mean 'path'? Known methods: auto, path, caustic, vcm, ppm, photon-map, "
             "preview, ao, raycast, whitted");
 }
 

@@ -284,7 +284,7 @@ TEST(DecodeMesh, AnAbsentDecoderIsReported) {
       decoder.decode_mesh(as_byte_view(draco_file(grid, DracoMethod::sequential)), request_for(grid)).status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(message_of(status),
-            "cannot start /nowhere/lightmill-image-decoder: No such file or directory; install it beside this program");
+            "cannot start /nowhere/lightmill-image-decoder: No such file or directory. Install it beside this program");
 }
 
 }  // namespace

@@ -184,12 +184,12 @@ TEST(DecoderProcess, AMissingDecoderIsReported) {
   const Status status = decoder.decode(as_byte_view(small_png()), "small.png").status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(message_of(status),
-            "small.png: cannot start /nowhere/lightmill-image-decoder: No such file or directory; "
-            "install it beside this program");
+            "small.png: cannot start /nowhere/lightmill-image-decoder: No such file or directory. "
+            "Install it beside this program");
   DecoderProcess wrong({.program = "/bin/false"});
   EXPECT_EQ(
       message_of(wrong.decode(as_byte_view(small_png()), "small.png").status()),
-      "small.png: cannot decode it: /bin/false was started twice and ended (exit code 1); run it by hand to see why");
+      "small.png: cannot decode it: /bin/false was started twice and ended (exit code 1). Run it by hand to see why");
 }
 
 std::string text_of(pid_t process, const std::string& file) {

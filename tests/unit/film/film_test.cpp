@@ -304,7 +304,7 @@ TEST(FilmLayers, BadListsAreRefusedWithTheReason) {
   const auto error = [](std::vector<std::string> names) { return message_of(film_layers(names).status()); };
   EXPECT_EQ(
       error({"normals"}),
-      "unknown layer 'normals'; did you mean 'normal'? Known layers: direct, indirect, caustic, bias, albedo, normal, "
+      "unknown layer 'normals'. Did you mean 'normal'? Known layers: direct, indirect, caustic, bias, albedo, normal, "
       "features, depth, id, light:NAME for a light group");
   EXPECT_EQ(error({"depth", "id", "depth"}), "layer \"depth\" is named twice");
   EXPECT_NE(error({"light:a b"}), "");

@@ -155,8 +155,8 @@ TEST(IesProfile, FluxIsTheIntegralOfTheIntensity) {
 }
 
 TEST(IesProfile, MistakesAreNamedWithTheirLine) {
-  EXPECT_EQ(error_of(""), "lamp.ies:1: there is no line TILT=; is this an IES file?");
-  EXPECT_EQ(error_of("hello\nworld\n"), "lamp.ies:2: there is no line TILT=; is this an IES file?");
+  EXPECT_EQ(error_of(""), "lamp.ies:1: there is no line TILT=. Is this an IES file?");
+  EXPECT_EQ(error_of("hello\nworld\n"), "lamp.ies:2: there is no line TILT=. Is this an IES file?");
   EXPECT_EQ(error_of("IESNA91\nTILT=NONE\n1 1000 1 2"),
             "lamp.ies:3: the number of horizontal angles is expected, but the file ends");
   EXPECT_EQ(error_of(file("0 x", 2, "0", 1, "1 2")), "lamp.ies:7: vertical angle is expected, got \"x\"");

@@ -140,7 +140,7 @@ TEST(Document, ObjectsAndLightsAreChecked) {
       s.lights[0].kind = ies;
     });
   };
-  EXPECT_EQ(with_ies({0, 0, 0}, 1), "lights[0].ies.color: must not be black; a scale of 0 turns the light off");
+  EXPECT_EQ(with_ies({0, 0, 0}, 1), "lights[0].ies.color: must not be black. A scale of 0 turns the light off");
   EXPECT_EQ(with_ies({0, 1e-9f, 0}, 0), "no error");
 }
 

@@ -185,7 +185,7 @@ TEST(GltfScene, TangentsAreThoseOfTheFile) {
   const Mapped broken = mapped(R"("normalTexture":{"index":0})", {1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1});
   EXPECT_TRUE(broken.mesh.tangents.empty());
   EXPECT_EQ(broken.faults, std::vector<std::string>{"a.gltf: meshes[0].primitives[0].attributes.TANGENT: 1 tangent "
-                                                    "without a direction; those of the texture coordinates are used"});
+                                                    "without a direction. Those of the texture coordinates are used"});
 }
 
 TEST(GltfScene, AnisotropyIsThatOfTheExtension) {
@@ -293,7 +293,7 @@ TEST(GltfScene, AlphaIsTheOpacityThatTheModeSays) {
            {R"(,"alphaMode":"BLEND","extensions":{"KHR_materials_unlit":{}})", {blend, 0.25}},
            {R"(,"alphaMode":"DITHER")",
             {},
-            R"(OPAQUE, MASK or BLEND is expected, got "DITHER"; it is rendered opaque)"},
+            R"(OPAQUE, MASK or BLEND is expected, got "DITHER". It is rendered opaque)"},
            {R"(,"alphaMode":"BLEND","extensions":{"KHR_materials_transmission":{"transmissionFactor":1}})",
             {},
             "left out: alpha of materials that transmit light"}}) {
@@ -401,18 +401,18 @@ TEST(GltfScene, WrongValuesOfMaterialsAreIgnored) {
   LoadedScene loaded;
   const std::string base = R"("pbrMetallicRoughness":{"roughnessFactor":0.25,)";
   EXPECT_EQ(of(base + R"("metallicFactor":2})", loaded),
-            "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2; it is "
+            "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2. It is "
             "ignored");
   const auto& kind = std::get<PrincipledMaterial>(loaded.scene.materials[0].kind);
   EXPECT_EQ(kind.metallic, 1);  // the default of glTF
   EXPECT_EQ(kind.roughness, 0.25);
   EXPECT_EQ(of(R"("emissiveFactor":[1,1])", loaded),
-            "a.gltf: materials[0].emissiveFactor: a list of 3 is expected, got a list of 2; it is ignored");
+            "a.gltf: materials[0].emissiveFactor: a list of 3 is expected, got a list of 2. It is ignored");
   EXPECT_EQ(loaded.scene.materials[0].emission, TexturedColor{});
   EXPECT_EQ(
       of(base + R"("baseColorTexture":{"index":0}})", loaded),
       "a.gltf: materials[0].pbrMetallicRoughness.baseColorTexture.index: an index into the 0 textures is expected, "
-      "got 0; it is ignored");
+      "got 0. It is ignored");
 }
 
 // Downloaded models often come without their images.
@@ -422,7 +422,7 @@ TEST(GltfScene, TexturesWithoutTheirImageAreLeftOut) {
 "emissiveTexture":{"index":0},"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0,1],"baseColorTexture":{"index":0}}}])",
       R"(,"material":0)"));
   EXPECT_EQ(loaded.faults.notices(),
-            std::vector<std::string>{"a.gltf: images[0].uri: cannot open a b.png; the textures "
+            std::vector<std::string>{"a.gltf: images[0].uri: cannot open a b.png. The textures "
                                      "with it are left out (and 1 more like it)"});
   EXPECT_TRUE(loaded.scene.textures.empty());
   EXPECT_EQ(loaded.scene.materials[0].emission, TexturedColor{});  // most of an emissive map is black
@@ -442,7 +442,7 @@ TEST(GltfScene, ImageMistakesAreNamed) {
          "a.gltf: textures[0].sampler: an index into the 0 samplers is expected, got \"x\""}}) {
     const LoadedScene loaded = good(
         OneTriangle().text(fmt::format("{},\"textures\":[{}],{}", kOneNode, texture, textured), R"(,"material":0)"));
-    EXPECT_EQ(loaded.faults.notices().at(0), std::string(fault) + "; it is ignored");
+    EXPECT_EQ(loaded.faults.notices().at(0), std::string(fault) + ". It is ignored");
     EXPECT_TRUE(loaded.scene.textures.empty());
   }
 }

@@ -326,9 +326,9 @@ TEST(GltfAnimations, ChannelsWithFaultsAreSkippedAndNamed) {
   };
   const std::string good = fmt::format(R"({{"input":{},"output":{}}})", one, file.floats({1, 2, 3}, "VEC3", 3));
   EXPECT_TRUE(says(notice(fmt::format(R"({{"input":{},"output":{}}})", down, output)),
-                   "ascending times are expected; its animation is skipped"));
+                   "ascending times are expected. Its animation is skipped"));
   EXPECT_TRUE(says(notice(fmt::format(R"({{"input":{},"output":{}}})", one, output)),
-                   "1 values are expected, got 2; its animation is skipped"));
+                   "1 values are expected, got 2. Its animation is skipped"));
   EXPECT_TRUE(says(notice(fmt::format(R"({{"input":{},"output":{},"interpolation":"BEZIER"}})", one, output)),
                    "LINEAR, STEP or CUBICSPLINE is expected, got \"BEZIER\""));
   EXPECT_TRUE(says(notice(good, "visibility"), "\"visibility\" cannot be animated"));

@@ -104,7 +104,7 @@ TEST(GltfScene, WrongValuesOfLightsAreIgnored) {
         OneTriangle().text(fmt::format(R"("extensions":{{"KHR_lights_punctual":{{"lights":[{}]}}}},"nodes":[{{"mesh":0,
 "extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
                                        light, index)));
-    EXPECT_EQ(loaded.faults.notices(), std::vector<std::string>{fault + "; it is ignored"});
+    EXPECT_EQ(loaded.faults.notices(), std::vector<std::string>{fault + ". It is ignored"});
     return loaded.scene.lights.at(0);
   };
   const std::string at = "a.gltf: extensions.KHR_lights_punctual.lights[0].";

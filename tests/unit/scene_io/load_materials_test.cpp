@@ -81,8 +81,8 @@ TEST_F(Load, MapsWithoutTheirImageAreLeftOut) {
   }
   EXPECT_EQ(faults_of(*loaded),
             (std::vector<std::string>{
-                "a.mtl:6: map_Ke of material \"green\": there is no file glow.png; the map is left out",
-                "a.mtl:3: map_Kd of material \"red\": there is no file more\\wood.png; the map is left out"}));
+                "a.mtl:6: map_Ke of material \"green\": there is no file glow.png. The map is left out",
+                "a.mtl:3: map_Kd of material \"red\": there is no file more\\wood.png. The map is left out"}));
 }
 
 TEST_F(Load, MeaninglessMtlNumbersAreLeftOut) {
@@ -93,11 +93,11 @@ TEST_F(Load, MeaninglessMtlNumbersAreLeftOut) {
   EXPECT_EQ(std::get<PhongMaterial>(loaded->scene.materials[0].kind).exponent, PhongMaterial().exponent);
   EXPECT_EQ(faults_of(*loaded),
             (std::vector<std::string>{
-                "a.mtl:3: Ni: a number in (0, 10] is expected, got \"0\"; the line is skipped",
-                "a.mtl:4: map_Kd: the name of a file is expected; the line is skipped",
-                "a.mtl:7: Ns: a number from 0 to 1000000000 is expected, got \"-1\"; the line is skipped",
-                "a.mtl:9: d: a number from 0 to 1 is expected, got \"2\"; the line is skipped",
-                "a.mtl:10: Tr: a number from 0 to 1 is expected, got \"-1\"; the line is skipped"}));
+                "a.mtl:3: Ni: a number in (0, 10] is expected, got \"0\". The line is skipped",
+                "a.mtl:4: map_Kd: the name of a file is expected. The line is skipped",
+                "a.mtl:7: Ns: a number from 0 to 1000000000 is expected, got \"-1\". The line is skipped",
+                "a.mtl:9: d: a number from 0 to 1 is expected, got \"2\". The line is skipped",
+                "a.mtl:10: Tr: a number from 0 to 1 is expected, got \"-1\". The line is skipped"}));
 }
 
 TEST_F(Load, TheFirstMaterialOfANameCounts) {

@@ -66,7 +66,7 @@ TEST_F(Load, BadFilesAreNamed) {
   EXPECT_EQ(error({folder_ / "none.json"}), "none.json: no such file");
   EXPECT_EQ(error({folder_ / "none.obj"}), "none.obj: no such file");
   std::filesystem::create_directory(folder_ / "farm");
-  EXPECT_TRUE(error({folder_ / "farm"}).starts_with("farm: not a file; a scene document")) << error({folder_ / "farm"});
+  EXPECT_TRUE(error({folder_ / "farm"}).starts_with("farm: not a file: a scene document")) << error({folder_ / "farm"});
   for (const char* const name : {"empty.gltf", "empty.glb", "empty.pbrt", "empty.xml"}) {
     EXPECT_EQ(error({write(name, "")}), std::string(name) + ": the file is empty");
   }
@@ -108,7 +108,7 @@ TEST_F(Load, MissingFilesNameTheScriptThatFetchesThem) {
       "scene.json:3:31: objects[0].mesh.file: cannot open assets/a.obj: No such file or directory";
   EXPECT_EQ(error({json}), missing);
   write("get-models", "");
-  EXPECT_EQ(error({json}), missing + "; run get-models to fetch the models");
+  EXPECT_EQ(error({json}), missing + ". Run get-models to fetch the models");
   write("assets/a.obj", "v 0 0 0\n");
   EXPECT_EQ(error({json}).find("get-models"), std::string::npos);
 }

@@ -172,7 +172,7 @@ TEST(Mtl, OmissionsAreReported) {
           "left out: box.mtl:5: refl of material \"a\"",
           "box.mtl:7: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
           "length",
-          "left out: box.mtl:13: illum 77 of material \"d\"; it is rendered as diffuse"}));
+          "left out: box.mtl:13: illum 77 of material \"d\". It is rendered as diffuse"}));
 }
 
 TEST(Mtl, UnknownStatementsAreNamedOnceAtTheirFirstLine) {
@@ -320,7 +320,7 @@ TEST(Mtl, WrongStatementsAreSkippedAndNamedWithTheirPlace) {
     read_mtl(text, "box.mtl", faults);
     const std::vector<std::string> all = faults.notices();
     EXPECT_EQ(all.size(), 1u) << text;
-    constexpr std::string_view kAnswer = "; the line is skipped";
+    constexpr std::string_view kAnswer = ". The line is skipped";
     EXPECT_TRUE(!all.empty() && all[0].ends_with(kAnswer)) << text;
     return all.empty() ? "" : all[0].substr(0, all[0].size() - kAnswer.size());
   };
@@ -357,8 +357,8 @@ TEST(Mtl, AWrongStatementChangesNothingElse) {
   EXPECT_EQ(read[1].kd, (RgbColor{0, 1, 0}));
   EXPECT_EQ(faults.notices(),
             (std::vector<std::string>{
-                "box.mtl:3: Kd: three numbers are expected, got 2; the line is skipped",
-                "box.mtl:4: Ns: a number from 0 to 1000000000 is expected, got \"x\"; the line is skipped"}));
+                "box.mtl:3: Kd: three numbers are expected, got 2. The line is skipped",
+                "box.mtl:4: Ns: a number from 0 to 1000000000 is expected, got \"x\". The line is skipped"}));
 }
 
 }  // namespace

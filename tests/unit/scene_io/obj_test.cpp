@@ -272,35 +272,35 @@ TEST(Obj, WrongStatementsAreSkippedAndNamedWithTheirPlace) {
     return all.empty() ? "" : all[0];
   };
   EXPECT_EQ(fault("vertex 1 2 3"),
-            "box.obj:1: unknown statement \"vertex\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected; the line is "
+            "box.obj:1: unknown statement \"vertex\". Known are v, vt, vn, f, o, g, s, usemtl and mtllib. The line is "
             "skipped");
-  EXPECT_EQ(fault("\n\nf 1 2 x"), "box.obj:3: f: an index is expected, got \"x\"; the face is skipped");
-  EXPECT_EQ(fault("f 1 2 \xe9\x1b"), "box.obj:1: f: an index is expected, got \"\\xe9\\x1b\"; the face is skipped");
+  EXPECT_EQ(fault("\n\nf 1 2 x"), "box.obj:3: f: an index is expected, got \"x\". The face is skipped");
+  EXPECT_EQ(fault("f 1 2 \xe9\x1b"), "box.obj:1: f: an index is expected, got \"\\xe9\\x1b\". The face is skipped");
   EXPECT_EQ(fault("f 0 1 2"),
-            "box.obj:1: f: index 0 is out of range, there are 0 vertices so far; the face is skipped");
+            "box.obj:1: f: index 0 is out of range, there are 0 vertices so far. The face is skipped");
   EXPECT_EQ(fault("f 1 2 -5"),
-            "box.obj:1: f: index -5 is out of range, there are 0 vertices so far; the face is skipped");
-  EXPECT_EQ(fault("f 1 2 5"), "box.obj:1: f: index 5 is out of range, there are 4 vertices; the face is skipped");
+            "box.obj:1: f: index -5 is out of range, there are 0 vertices so far. The face is skipped");
+  EXPECT_EQ(fault("f 1 2 5"), "box.obj:1: f: index 5 is out of range, there are 4 vertices. The face is skipped");
   EXPECT_EQ(fault("f 1 2 99999999999999999999"),
-            "box.obj:1: f: an index is expected, got \"99999999999999999999\"; the face is skipped");
+            "box.obj:1: f: an index is expected, got \"99999999999999999999\". The face is skipped");
   EXPECT_EQ(fault("f 1 2\nf 3\nf"),
-            "box.obj:1: f: at least 3 corners are expected, got 2; the face is skipped (and 2 more like it)");
-  EXPECT_EQ(fault("v 1 2"), "box.obj:1: v: three numbers are expected, got 2; the faces there are skipped");
-  EXPECT_EQ(fault("v 1 nan 2"), "box.obj:1: v: a finite number is expected, got \"nan\"; the faces there are skipped");
+            "box.obj:1: f: at least 3 corners are expected, got 2. The face is skipped (and 2 more like it)");
+  EXPECT_EQ(fault("v 1 2"), "box.obj:1: v: three numbers are expected, got 2. The faces there are skipped");
+  EXPECT_EQ(fault("v 1 nan 2"), "box.obj:1: v: a finite number is expected, got \"nan\". The faces there are skipped");
   EXPECT_EQ(fault("v 1 1e999 2"),
-            "box.obj:1: v: a finite number is expected, got \"1e999\"; the faces there are skipped");
+            "box.obj:1: v: a finite number is expected, got \"1e999\". The faces there are skipped");
   EXPECT_EQ(fault("v 1 2 1e13"),
-            "box.obj:1: v: numbers of at most 1000000000000 are expected, got 1e13; the faces there are skipped");
-  EXPECT_EQ(fault("vn 1 2 three"), "box.obj:1: vn: a finite number is expected, got \"three\"; it is ignored");
-  EXPECT_EQ(fault("vn 0 0 0"), "box.obj:1: vn: a direction is expected, got (0, 0, 0); it is ignored");
-  EXPECT_EQ(fault("vt"), "box.obj:1: vt: a number is expected; it counts as (0, 0)");
+            "box.obj:1: v: numbers of at most 1000000000000 are expected, got 1e13. The faces there are skipped");
+  EXPECT_EQ(fault("vn 1 2 three"), "box.obj:1: vn: a finite number is expected, got \"three\". It is ignored");
+  EXPECT_EQ(fault("vn 0 0 0"), "box.obj:1: vn: a direction is expected, got (0, 0, 0). It is ignored");
+  EXPECT_EQ(fault("vt"), "box.obj:1: vt: a number is expected. It counts as (0, 0)");
   EXPECT_EQ(fault("vt 0 1e10"),
-            "box.obj:1: vt: numbers of at most 1000000000 are expected, got 1e10; it counts as (0, 0)");
+            "box.obj:1: vt: numbers of at most 1000000000 are expected, got 1e10. It counts as (0, 0)");
   EXPECT_EQ(fault("s x"),
-            "box.obj:1: s: the number of a smoothing group or off is expected, got \"x\"; the line is skipped");
-  EXPECT_EQ(fault("mtllib"), "box.obj:1: mtllib: a file name is expected; the line is skipped");
+            "box.obj:1: s: the number of a smoothing group or off is expected, got \"x\". The line is skipped");
+  EXPECT_EQ(fault("mtllib"), "box.obj:1: mtllib: a file name is expected. The line is skipped");
   EXPECT_EQ(fault("usemtl"),
-            "box.obj:1: usemtl: the name of a material is expected; the faces are rendered as grey diffuse");
+            "box.obj:1: usemtl: the name of a material is expected. The faces are rendered as grey diffuse");
 }
 
 TEST(Obj, FaultsOfAKindAreOneNotice) {
@@ -310,7 +310,7 @@ TEST(Obj, FaultsOfAKindAreOneNotice) {
   }
   const Texts all = faults_of(text);
   ASSERT_EQ(all.size(), Faults::kMostKinds + 1);
-  EXPECT_EQ(all[1], "box.obj:2: f: an index is expected, got \"x\"; the face is skipped (and 999 more like it)");
+  EXPECT_EQ(all[1], "box.obj:2: f: an index is expected, got \"x\". The face is skipped (and 999 more like it)");
   EXPECT_EQ(all.back(), "901 faults of other kinds are not listed");  // 1000 statements and the faces are 1001 kinds
   const std::string digits(std::size_t{2} << 20, '7');
   for (const char* before : {"v 1 ", "vt x", "s x", ""}) {
@@ -324,8 +324,8 @@ TEST(Obj, FacesOfUnreadableVerticesAreSkipped) {
   Texts notices;
   const Mesh mesh = mesh_of("v 0 0 0\nv 1 #IND 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n", &notices);
   EXPECT_EQ(mesh.positions, (std::vector<std::array<double, 3>>{{0, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
-  EXPECT_EQ(notices, (Texts{"box.obj:2: v: three numbers are expected, got 1; the faces there are skipped",
-                            "box.obj:5: f: vertex 2 cannot be read; the face is skipped"}));
+  EXPECT_EQ(notices, (Texts{"box.obj:2: v: three numbers are expected, got 1. The faces there are skipped",
+                            "box.obj:5: f: vertex 2 cannot be read. The face is skipped"}));
 }
 
 TEST(Obj, EmptyAndWrongIndicesOfACornerAreIgnored) {
@@ -337,12 +337,12 @@ TEST(Obj, EmptyAndWrongIndicesOfACornerAreIgnored) {
     EXPECT_TRUE(mesh.normals.empty() && mesh.texture_coordinates.empty()) << face;
     ASSERT_EQ(notices.size(), 1u) << face;
     EXPECT_TRUE(notices[0].starts_with("box.obj:7: f: ")) << notices[0];
-    EXPECT_NE(notices[0].find("; the index is ignored (and "), std::string::npos) << notices[0];
+    EXPECT_NE(notices[0].find(". The index is ignored (and "), std::string::npos) << notices[0];
   }
   Texts notices;
   const Mesh mesh = mesh_of(kSquare + "vt 0.5 1\nf 1/1/ 2/1/ 3/1/\n", &notices);
   EXPECT_EQ(mesh.texture_coordinates, std::vector<Uv>(3, Uv{0.5f, 1}));
-  EXPECT_EQ(notices, Texts{"box.obj:6: f: v, v/t, v//n or v/t/n is expected, got \"1/1/\"; the index is ignored "
+  EXPECT_EQ(notices, Texts{"box.obj:6: f: v, v/t, v//n or v/t/n is expected, got \"1/1/\". The index is ignored "
                            "(and 2 more like it)"});
 }
 

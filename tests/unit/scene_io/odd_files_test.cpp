@@ -40,7 +40,7 @@ TEST_F(FaultyFile, AMissingLibraryMakesItsMaterialsGrey) {
     EXPECT_EQ(colour_of(loaded), kGrey);
     EXPECT_EQ(loaded.scene.materials[0].name, "red");
     EXPECT_EQ(faults_of(loaded),
-              Texts{fmt::format("a.obj:1: mtllib: there is no file {}; its materials are rendered as "
+              Texts{fmt::format("a.obj:1: mtllib: there is no file {}. Its materials are rendered as "
                                 "grey diffuse",
                                 name)});
     EXPECT_EQ(without_folder(loaded.notices[0]), faults_of(loaded)[0]);
@@ -59,7 +59,7 @@ TEST_F(FaultyFile, OtherLibrariesOfTheLineAreRead) {
   const LoadedScene loaded = with_library("not-here.mtl parts/colours.mtl");
   EXPECT_EQ(colour_of(loaded), kRed);
   EXPECT_EQ(faults_of(loaded),
-            Texts{"a.obj:1: mtllib: there is no file not-here.mtl; its materials are rendered as grey diffuse"});
+            Texts{"a.obj:1: mtllib: there is no file not-here.mtl. Its materials are rendered as grey diffuse"});
 }
 
 // A path of Windows, another case, a folder of the machine where the file was made.
@@ -68,7 +68,7 @@ TEST_F(FaultyFile, FilesAreFoundInOtherSpellings) {
     const LoadedScene loaded = with_library(name);
     EXPECT_EQ(colour_of(loaded), kRed) << name;
     EXPECT_EQ(faults_of(loaded),
-              Texts{fmt::format("a.obj:1: mtllib: there is no file {}; parts/colours.mtl is read instead", name)});
+              Texts{fmt::format("a.obj:1: mtllib: there is no file {}. Instead, parts/colours.mtl is read", name)});
   }
   write("Beside.mtl", "newmtl red\nKd 1 0 0\n");
   for (const std::string name : {"C:\\Users\\x\\beside.mtl", "/data/x/Beside.mtl", "elsewhere/Beside.mtl"}) {
@@ -85,8 +85,8 @@ TEST_F(FaultyFile, MapsAreFoundInOtherSpellings) {
   write("parts/colours.mtl", "newmtl red\nmap_Kd wood.png\n");
   const LoadedScene loaded = with_library("parts/colours.mtl");
   ASSERT_EQ(loaded.images.size(), 1u);
-  EXPECT_EQ(faults_of(loaded), Texts{"parts/colours.mtl:2: map_Kd of material \"red\": there is no file wood.png; "
-                                     "Wood.PNG is read instead"});
+  EXPECT_EQ(faults_of(loaded), Texts{"parts/colours.mtl:2: map_Kd of material \"red\": there is no file wood.png. "
+                                     "Instead, Wood.PNG is read"});
 }
 
 TEST_F(FaultyFile, GltfFilesAreFoundInOtherSpellings) {
@@ -97,8 +97,8 @@ TEST_F(FaultyFile, GltfFilesAreFoundInOtherSpellings) {
       "a.gltf", test::gltf(buffer.members("Parts%5Cmy%20data.bin") +
                            R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}])")));
   EXPECT_EQ(faults_of(loaded),
-            Texts{"a.gltf: buffers[0].uri: there is no file Parts\\my data.bin; parts/My Data.BIN is "
-                  "read instead"});
+            Texts{"a.gltf: buffers[0].uri: there is no file Parts\\my data.bin. Instead, parts/My Data.BIN is "
+                  "read"});
 }
 
 TEST_F(FaultyFile, UnknownMaterialsAreGrey) {
@@ -111,7 +111,7 @@ TEST_F(FaultyFile, UnknownMaterialsAreGrey) {
   EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[0].kind).reflectance.rgb, kGrey);
   EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[1].kind).reflectance.rgb, kRed);
   EXPECT_EQ(faults_of(loaded),
-            Texts{"a.obj:5: unknown material \"(null)\". Known materials: red; it is rendered as grey "
+            Texts{"a.obj:5: unknown material \"(null)\". Known materials: red. It is rendered as grey "
                   "diffuse (and 1 more like it)"});
 }
 
@@ -121,7 +121,7 @@ TEST_F(FaultyFile, AStrictReaderRefusesFaults) {
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   EXPECT_EQ(error({write("a.obj", triangle)}, strict), "no error");
   EXPECT_EQ(error({write("a.obj", triangle + "odd\nf 1 2 9\n")}, strict),
-            "--strict: a.obj:5: unknown statement \"odd\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected");
+            "--strict: a.obj:5: unknown statement \"odd\". Known are v, vt, vn, f, o, g, s, usemtl and mtllib");
   EXPECT_EQ(error({write("a.obj", "mtllib none.mtl\n" + triangle)}, strict),
             "--strict: a.obj:1: mtllib: there is no file none.mtl");
   write("a.mtl", "newmtl a\nKd 1\nKd 1 2\n");

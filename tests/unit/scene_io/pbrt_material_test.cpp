@@ -194,7 +194,7 @@ TEST(PbrtTextures, UnsupportedTexturesAreErrorsWhereTheyAreUsed) {
       "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\" Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"");
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   EXPECT_EQ(loaded->faults.notices(),
-            std::vector<std::string>{"a.pbrt:1: cannot open none.png; the texture is left out"});
+            std::vector<std::string>{"a.pbrt:1: cannot open none.png. The texture is left out"});
 }
 
 TEST(PbrtMedia, FillTheirShapes) {

@@ -255,7 +255,7 @@ TEST(PbrtFile, ErrorsNameTheirLine) {
 TEST(PbrtFile, UnknownParametersAreFaults) {
   const LoadedScene loaded = world("Attribute \"shape\" \"float radius\" 3\nShape \"sphere\" \"float size\" 2");
   EXPECT_EQ(loaded.faults.notices(),
-            std::vector<std::string>{"a.pbrt:4: Shape sphere: unknown parameter \"float size\"; it is left out"});
+            std::vector<std::string>{"a.pbrt:4: Shape sphere: unknown parameter \"float size\". It is left out"});
   EXPECT_EQ(std::get<SphereShape>(loaded.scene.objects.at(0).shape).radius, 3) << "an attribute";
 }
 

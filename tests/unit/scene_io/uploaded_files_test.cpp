@@ -103,7 +103,7 @@ TEST_F(UploadedScene, LeavesOutMissingLibraries) {
     const auto loaded = load_handed({"lib.obj"});
     ASSERT_TRUE(loaded.ok()) << message_of(loaded.status());
     EXPECT_EQ(loaded->faults.notices(),
-              std::vector<std::string>{fmt::format("lib.obj:1: mtllib: there is no file {}; its materials are rendered "
+              std::vector<std::string>{fmt::format("lib.obj:1: mtllib: there is no file {}. Its materials are rendered "
                                                    "as grey diffuse",
                                                    name)});
     files_ = UploadedFiles([this](const Sha256& digest) -> Result<std::string> { return bytes_.at(digest); });
@@ -117,10 +117,10 @@ TEST_F(UploadedScene, FindsFilesInOtherSpellings) {
   hand("Models/PARTS.txt", "");
   const auto loaded = load_handed({"Models/a.obj"});
   ASSERT_TRUE(loaded.ok()) << message_of(loaded.status());
-  EXPECT_EQ(
-      loaded->faults.notices(),
-      std::vector<std::string>{"Models/a.obj:1: mtllib: there is no file .\\parts\\colours.mtl; PARTS/Colours.MTL "
-                               "is read instead"});
+  EXPECT_EQ(loaded->faults.notices(),
+            std::vector<std::string>{
+                "Models/a.obj:1: mtllib: there is no file .\\parts\\colours.mtl. Instead, PARTS/Colours.MTL "
+                "is read"});
 }
 
 TEST_F(UploadedScene, LeavesOutMissingMaps) {

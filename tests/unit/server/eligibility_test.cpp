@@ -49,7 +49,7 @@ TEST_F(CoordinatorTest, AJobTooLargeForAllWorkersWaitsWithAReason) {
   const SessionId small = connect("small");
   say(small, WorkerRefusal{job, "the scene takes 9 GiB\nand more", true});
   EXPECT_EQ(status(job).state, JobState::queued);
-  EXPECT_TRUE(status(job).reason.starts_with("waits for a larger worker; for small the scene takes 9 GiB"))
+  EXPECT_TRUE(status(job).reason.starts_with("waits for a larger worker: for small the scene takes 9 GiB"))
       << status(job).reason;
   EXPECT_EQ(status(job).reason.find('\n'), std::string::npos);
   // A new process may have larger limits.

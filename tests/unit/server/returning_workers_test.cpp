@@ -66,7 +66,7 @@ TEST_F(LeasingTest, ANameBelongsToOneProcessWhileItIsHeard) {
   const SessionId refused = other();
   ASSERT_EQ(got<Dismissal>(refused).size(), 1u);
   EXPECT_EQ(got<Dismissal>(refused)[0].reason,
-            "another worker named w is connected (process 1 on host); choose another --name, or leave it out for one "
+            "another worker named w is connected (process 1 on host). Choose another --name, or leave it out for one "
             "that is unique");
   EXPECT_TRUE(got<Dismissal>(first).empty());
   coordinator->worker_disconnected(refused, now, effects);

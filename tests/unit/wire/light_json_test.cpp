@@ -118,7 +118,7 @@ TEST(LightJson, MistakesInUnitsAreNamed) {
   EXPECT_EQ(light_error(point(R"("strength": {"lumen": -3})")),
             "lights[0].strength.lumen: must be in [0, 1e+20], got -3");
   EXPECT_EQ(light_error(point(R"("strength": {"lumen": 3, "color": {"rgb": [0, 0, 0]}})")),
-            "lights[0].strength.color: must not be black; an amount of 0 turns the light off");
+            "lights[0].strength.color: must not be black. An amount of 0 turns the light off");
   EXPECT_EQ(light_error(light_document(R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}},
                                   "strength": {"lumen": 3}})")),
             "lights[0].strength: give either strength or point.intensity");

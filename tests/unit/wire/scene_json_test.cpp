@@ -163,7 +163,7 @@ TEST(SceneJson, WrongTypesAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, R"({"width": 8.5})", kMaterials, kObjects)),
             "box.json:3:19: film.width: an integer is expected, got 8.5");
   EXPECT_EQ(scene_error(document(kCamera, R"({"width": null})", kMaterials, kObjects)),
-            "box.json:3:19: film.width: null is not allowed; an integer is expected or the field must be left out");
+            "box.json:3:19: film.width: null is not allowed: an integer is expected. It may also be left out");
   EXPECT_EQ(scene_error(document("7", kFilm, kMaterials, kObjects)),
             "box.json:2:11: camera: an object with eye, look_at, up, vertical_fov_degrees, camera_constant, "
             "lens_radius, focus_distance, shift_x, shift_y is "
@@ -201,10 +201,10 @@ TEST(SceneJson, WrongTypesAreNamed) {
 
 TEST(SceneJson, NonFiniteNumbersAreNamed) {
   EXPECT_EQ(scene_error(document(R"({"eye": [0, NaN, 0]})", kFilm, kMaterials, kObjects)),
-            "box.json:2:23: camera.eye[1]: NaN is not allowed; a finite number is expected");
+            "box.json:2:23: camera.eye[1]: NaN is not a finite number");
   EXPECT_EQ(
       scene_error(document(R"({"eye": [0, 0, 0], "vertical_fov_degrees": -Infinity})", kFilm, kMaterials, kObjects)),
-      "box.json:2:54: camera.vertical_fov_degrees: -Infinity is not allowed; a finite number is expected");
+      "box.json:2:54: camera.vertical_fov_degrees: -Infinity is not a finite number");
   EXPECT_EQ(scene_error(document(R"({"eye": [0, 1e999, 0]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: 1e999 is too large for a number");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "emission": {"rgb": [1e39, 0, 0]}}])", kObjects)),
@@ -246,7 +246,7 @@ TEST(SceneJson, MissingFieldsAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, "[]")),
             "box.json:5:12: objects: the scene is empty, at least one object is expected");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "red"}])", kObjects)),
-            "box.json:4:15: materials[0]: a kind of material must be given; the kinds are diffuse, mirror, dielectric, "
+            "box.json:4:15: materials[0]: a kind of material must be given. The kinds are diffuse, mirror, dielectric, "
             "phong, conductor, principled, holdout");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"mirror": {}}])", kObjects)),
             "box.json:4:15: materials[0].name: must not be empty");
@@ -255,7 +255,7 @@ TEST(SceneJson, MissingFieldsAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": {}}}])", kObjects)),
             "box.json:4:56: materials[0].diffuse.reflectance: a colour is expected, as in {\"rgb\": [0.5, 0.5, 0.5]}");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red"}])")),
-            "box.json:5:13: objects[0]: a shape must be given; the shapes are mesh, sphere, plane, triangle");
+            "box.json:5:13: objects[0]: a shape must be given. The shapes are mesh, sphere, plane, triangle");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "mesh": {}}])")),
             "box.json:5:41: objects[0].mesh.file: must be given");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"sphere": {"center": [0, 0, 0], "radius": 1}}])")),
@@ -264,7 +264,7 @@ TEST(SceneJson, MissingFieldsAreNamed) {
       scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "sphere": {"center": [0, 0, 0]}}])")),
       "box.json:5:43: objects[0].sphere.radius: must be positive and at most 1000000000000, got 0");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"lights\": [{\"name\": \"x\"}]")),
-            "box.json:6:12: lights[0]: a kind of light must be given; the kinds are point, directional, spot, "
+            "box.json:6:12: lights[0]: a kind of light must be given. The kinds are point, directional, spot, "
             "cosine_power, disk, rectangle, ies, environment");
 }
 

@@ -59,7 +59,7 @@ TEST(InspectMeshes, AWorkerWithoutADecoderSaysThatItIsNotTheFile) {
   EXPECT_EQ(
       message_of(status),
       "a.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: cannot start /nowhere: No such file or "
-      "directory; install it beside this program");
+      "directory. Install it beside this program");
   const std::string damaged = test::gltf(R"("extensionsRequired":["none"])");
   EXPECT_EQ(inspect(damaged, {.program = "/nowhere"}).inspection.status().code(), StatusCode::kInvalidArgument);
 }
