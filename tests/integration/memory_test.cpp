@@ -44,7 +44,7 @@ void expect_only_heavy_work_is_left(Farm& farm) {
   EXPECT_TRUE(eventually([&] { return says(client.job(job).reason(), "out of memory while samples were rendered"); }))
       << client.job(job).ShortDebugString() << farm.worker_log("small");
   EXPECT_TRUE(says(client.job(job).reason(), "waits for a larger worker: for small ")) << client.job(job).reason();
-  EXPECT_TRUE(says(client.job(job).reason(), "give it more, or run it with fewer --threads"))
+  EXPECT_TRUE(says(client.job(job).reason(), "Give it more, or run it with fewer --threads"))
       << client.job(job).reason();
   Picture second = light();
   second.seed = 8;

@@ -197,7 +197,7 @@ TEST(Layers, AnUnknownLightGroupIsNamed) {
   const auto scene = grouped_lights();
   const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   const auto method = make_method(*compiled, {"path", 0, 0, *film_layers(std::vector<std::string>{"light:kye"})});
-  EXPECT_EQ(message_of(method.status()), "the scene has no light group \"kye\"; it has fill, key, sky");
+  EXPECT_EQ(message_of(method.status()), "the scene has no light group \"kye\". It has fill, key, sky");
 }
 
 TEST_P(LightLayers, ChangeNoBitOfBeauty) {
@@ -294,7 +294,7 @@ TEST(Layers, AnUnsupportedLayerIsRefused) {
   const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   const auto method = make_method(*compiled, {"preview", 0, 0, *film_layers(std::vector<std::string>{"direct"})});
   EXPECT_EQ(message_of(method.status()),
-            "method preview has no layer \"direct\"; it has albedo, normal, features, depth, id");
+            "method preview has no layer \"direct\". It has albedo, normal, features, depth, id");
 }
 
 }  // namespace

@@ -167,7 +167,7 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(message_of(parse_method("ao:distance").status()),
             "distance: a number from 0 to 1000000000000 is expected, got ''");
   EXPECT_EQ(message_of(parse_method("ao:distance=0").status()),
-            "distance: a number above 0 is expected, got '0'; without it there is no limit");
+            "distance: a number above 0 is expected, got '0'. Without it there is no limit");
   EXPECT_EQ(parse_method("ao")->distance, std::nullopt);
   EXPECT_EQ(message_of(parse_method("ao:depth=1").status()),
             "ao has no parameter 'depth'. Parameters: distance=D, brute-force");
