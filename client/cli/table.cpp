@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <span>
 
 #include "common/base/text.h"
 #include "common/base/text_width.h"
@@ -144,11 +145,11 @@ std::string shortened(std::string_view text, int columns) {
   return cut_to_columns(fmt::format("{}…{}", head, text), columns);
 }
 
-/// The width of the first columns, the long ones shortened.
+/// The width of the first columns, the long ones shortened. The very first is not.
 int least_width(const std::vector<Widths>& widths, std::size_t columns) {
   int width = -kGap;
   for (std::size_t i = 0; i < columns; ++i) {
-    width += kGap + std::min(widths[i].all, kLeastShortened);
+    width += kGap + (i == 0 ? widths[i].all : std::min(widths[i].all, kLeastShortened));
   }
   return width;
 }
@@ -168,8 +169,9 @@ Block line_layout(const std::vector<Widths>& widths, int width) {
   for (std::size_t i = 0; i < columns_shown(widths, width); ++i) {
     block.columns.emplace_back(i, widths[i].all);
   }
+  const auto narrowed = std::span(block.columns).subspan(block.columns.size() > 1 ? 1 : 0);
   for (int over = width_of(block) - width; over > 0; --over) {
-    --std::ranges::max_element(block.columns, {}, &std::pair<std::size_t, int>::second)->second;
+    --std::ranges::max_element(narrowed, {}, &std::pair<std::size_t, int>::second)->second;
   }
   return block;
 }

@@ -184,6 +184,12 @@ TEST(Table, RowsOfLinesLoseTheMiddleOfLongCellsThenTheLastColumns) {
   EXPECT_EQ(shortened_columns(rows, 25), "shortened: NAME (needs 45 columns)");
   EXPECT_EQ(shortened_columns(rows, 45), "");
   EXPECT_EQ(format_table_in_lines(rows, 0), format_table(rows, 0));
+  const Rows workers{{"WORKER", "STATE", "HOST"}, {"render-node-1.studio.example", "renders", "render-node-1.studio"}};
+  EXPECT_EQ(format_table_in_lines(workers, 55), (Lines{"WORKER                        STATE    HOST",
+                                                       "render-node-1.studio.example  renders  render-n….studio"}));
+  EXPECT_EQ(format_table_in_lines(workers, 54),
+            (Lines{"WORKER                        STATE", "render-node-1.studio.example  renders"}));
+  EXPECT_EQ(hidden_columns(workers, 54), "hidden: HOST (needs 55 columns)");
 }
 
 TEST(Table, WrapsItsWidestColumn) {
