@@ -54,6 +54,8 @@ std::string_view cause_of(const grpc::Status& answer) {
   const auto has = [&words](const char* part) { return words.find(part) != std::string::npos; };
   return has("Connection refused")      ? ": nothing listens there. Start lightmill-server, or give another --server"
          : has("DNS resolution failed") ? ": unknown host name"
+         : has("http1.x server") || has("ALPN")
+             ? ": a web server answers there. Give the port of lightmill-server's --listen, not of --http"
          : has("No route to host") || has("Network is unreachable") ? ": no route to the host"
                                                                     : "";
 }

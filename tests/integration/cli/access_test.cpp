@@ -244,6 +244,18 @@ TEST_F(SecureCliTest, TheFirstCallAfterARestartFindsTheCoordinator) {
   EXPECT_TRUE(back.ok()) << back.message();
 }
 
+TEST_F(SecureCliTest, ThePortOfThePageIsNamedAsTheWrongOne) {
+  const ReservedPort page;
+  const std::string at = fmt::format("127.0.0.1:{}", page.number());
+  start_server("127.0.0.1:0", {"--http", at, "--tls-cert", pem("server"), "--tls-ca", pem("ca")});
+  const std::string words = "a web server answers there. Give the port of lightmill-server's --listen";
+  EXPECT_TRUE(says(failure({"jobs", "--server", at, "--tls-ca", pem("ca"), "--tls-cert", pem("ada")}, 3), words));
+  server_->send(SIGTERM);
+  server_->wait();
+  start_server("127.0.0.1:0", {"--http", at});
+  EXPECT_TRUE(says(failure({"jobs", "--server", at}, 3), words));
+}
+
 TEST_F(SecureCliTest, AnOpenFarmNeedsAnExplicitOptionAndWarns) {
   const auto start = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{program("lightmill-server"), "--data", file("data"), "--port-file",
