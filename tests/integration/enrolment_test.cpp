@@ -147,8 +147,10 @@ TEST_F(Enrolment, AWorkerEnrolsOnceAndComesBackWithItsOwnToken) {
 }
 
 TEST_F(Enrolment, AWorkerComesBackWithItsOwnTokenAfterAnotherFarmWasAtTheAddress) {
-  const auto process = worker(secure_.write("enrol", enrolment_token(1)));
+  const std::string by = enrolment_token(1);
+  const auto process = worker(secure_.write("enrol", by));
   ASSERT_TRUE(come_to_be({first_})) << secure_.farm().log("worker");
+  revoke(token_id(by).value());  // as the worker's token outlives it
   const std::filesystem::path data = secure_.farm().data(), kept = secure_.path("kept");
   kill_at_once(secure_.farm().server());
   std::filesystem::rename(data, kept);

@@ -19,7 +19,7 @@ Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets
              ? ok_status()
              : resource_exhausted(
                    "the scene takes about {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows. "
-                   "{} takes {:.3g} of them",
+                   "Its largest part, {}, takes {:.3g} GiB",
                    gib(memory.bytes), gib(max_bytes), memory.largest, gib(memory.largest_bytes));
 }
 

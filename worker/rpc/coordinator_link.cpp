@@ -73,7 +73,7 @@ struct CoordinatorLink::Connection {
 };
 
 CoordinatorLink::CoordinatorLink(CoordinatorAddress farm, LinkHandlers handlers)
-    : farm_(std::move(farm)), handlers_(watching_refusals(std::move(handlers))) {
+    : farm_(std::move(farm)), handlers_(std::move(handlers)), stream_handlers_(watching_refusals(handlers_)) {
   LM_CHECK(!farm_.servers.empty());
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
 }
@@ -161,7 +161,7 @@ void CoordinatorLink::open_stream(std::uint64_t number, const std::string& serve
     handlers_.disconnected(number, server, caller.status());
     return;
   }
-  const auto stream = std::make_shared<LinkStream>(number, server, handlers_);
+  const auto stream = std::make_shared<LinkStream>(number, server, stream_handlers_);
   const auto connection = connect(server, *std::move(caller));
   connection->show_token(stream->context());
   bool closed = false;

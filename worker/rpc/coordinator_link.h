@@ -87,6 +87,7 @@ class CoordinatorLink {
 
   const CoordinatorAddress farm_;
   const LinkHandlers handlers_;
+  const LinkHandlers stream_handlers_;  ///< notice too when the farm refuses the worker's own token
   Mutex mutex_;
   std::shared_ptr<Connection> connection_ LM_GUARDED_BY(mutex_);
   std::shared_ptr<LinkStream> stream_ LM_GUARDED_BY(mutex_);

@@ -119,7 +119,7 @@ void Session::tick(Time now, SessionActions& actions) {
     return;
   }
   if (draining_ && (now >= drain_deadline_ || (away_deadline_ && now >= *away_deadline_))) {
-    exit(fmt::format("{}. {} tiles are dropped. The coordinator will have them rendered again",
+    exit(fmt::format("{}. Dropped tiles, which the coordinator will have rendered again: {}",
                      link_ != Link::up    ? "the coordinator is away"
                      : rendering_.empty() ? "the coordinator did not acknowledge the last results in time"
                                           : "the last tiles take too long",

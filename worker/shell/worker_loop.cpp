@@ -41,7 +41,6 @@ JobRefusal refused(const Status& status) {
 WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
     : clock_(clock),
       connected_(options.connected),
-      refused_least_(options.session.refused_least),
       refused_most_(options.session.refused_most),
       session_(options.session),
       random_(std::hash<std::string>{}(options.session.name) ^ options.session.pid),
@@ -305,9 +304,8 @@ void WorkerLoop::log_failure(const std::string& address, const Status& status, b
     spdlog::debug("{} {}", refused ? "refused again, by" : "still no connection to", address);
   } else if (refused) {
     trouble = {text, std::move(trouble.status), ""};
-    spdlog::warn(
-        "refused by {}: {}. The next try is in {:.0f} s, later ones up to {:.0f} s apart. Only new reasons are logged",
-        address, printable(text), to_seconds(refused_least_), to_seconds(refused_most_));
+    spdlog::warn("refused by {}: {}. It tries again, up to {:.0f} s apart, and logs only new reasons", address,
+                 printable(text), to_seconds(refused_most_));
   } else if (!explaining_now_) {
     trouble.before = std::exchange(trouble.status, text);
     explain(address, status);

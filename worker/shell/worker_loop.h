@@ -69,7 +69,7 @@ class WorkerLoop {
 
   const Clock& clock_;
   std::function<void()> connected_;
-  const Duration refused_least_, refused_most_;
+  const Duration refused_most_;
   Session session_;
   SessionActions actions_;
   struct Job {
