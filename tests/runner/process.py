@@ -215,6 +215,8 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
     previous = signal.signal(signal.SIGALRM, end_late)
     with open(log, "wb") as out:
         try:
+            if deadline is not None:
+                signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
             try:
                 with INTERRUPTS.delayed():
                     process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -223,8 +225,6 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
                 fail_to_run(command, error)
             if is_late:  # before the process was known
                 end(process)
-            elif deadline is not None:
-                signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
             with contextlib.suppress(OSError):  # if the kernel shares time between sessions, `nice` counts only within one
                 pathlib.Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
             read_all(out)
@@ -232,9 +232,9 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
         except BaseException:
             if process is not None:
                 end(process)
+                process.wait()
                 os.set_blocking(process.stdout.fileno(), False)  # a process that left the session may still hold it
                 read_all(out)
-                process.wait()
             raise
         finally:
             show_progress("")
