@@ -81,9 +81,10 @@ std::shared_ptr<const Stubs> Coordinators::connected_to(std::size_t index) {
   return stubs_[index];
 }
 
-void Coordinators::forget(std::size_t index, const std::shared_ptr<const Stubs>& stubs) {
+void Coordinators::forget_if_silent(std::size_t index, const std::shared_ptr<const Stubs>& stubs,
+                                    const grpc::Status& answer) {
   const MutexLock lock(mutex_);
-  if (stubs_[index] == stubs) {  // another thread may have a new one already
+  if (is_silence(answer) && stubs_[index] == stubs) {  // another thread may have a new one already
     stubs_[index] = nullptr;
   }
 }

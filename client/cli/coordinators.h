@@ -50,11 +50,12 @@ class Coordinators {
     for (std::size_t i = 0; i < addresses_.size(); ++i) {
       const std::size_t index = current_ % addresses_.size();
       const std::shared_ptr<const Stubs> stubs = connected_to(index);
-      status = status_of(call(*stubs), index);
+      const grpc::Status answer = call(*stubs);
+      status = status_of(answer, index);
       if (status.code() != StatusCode::kUnavailable) {
         return status;
       }
-      forget(index, stubs);
+      forget_if_silent(index, stubs, answer);
       std::size_t expected = index;  // another thread may have switched already
       current_.compare_exchange_strong(expected, (index + 1) % addresses_.size());
       if (begun) {
@@ -66,9 +67,9 @@ class Coordinators {
 
  private:
   std::shared_ptr<const Stubs> connected_to(std::size_t index);
-  /// The next call gets a new connection. In an old one nothing happens between calls, so the handshake of an attempt
-  /// to connect again would stop until the next call, and the coordinator would close it before.
-  void forget(std::size_t index, const std::shared_ptr<const Stubs>& stubs);
+  /// After silence, the next call gets a new connection. A channel works only within calls: a handshake that it began would stand still
+  /// between them, and the coordinator would close it.
+  void forget_if_silent(std::size_t index, const std::shared_ptr<const Stubs>& stubs, const grpc::Status& answer);
   /// The status of an answer of coordinator `index`, or of its silence.
   Status status_of(const grpc::Status& answer, std::size_t index) const;
 

@@ -145,11 +145,16 @@ std::string shortened(std::string_view text, int columns) {
   return cut_to_columns(fmt::format("{}…{}", head, text), columns);
 }
 
-/// The width of the first columns, the long ones shortened. The very first is not.
-int least_width(const std::vector<Widths>& widths, std::size_t columns) {
+/// Whether the first column stays whole.
+bool keeps_first(const std::vector<Widths>& widths, int width) {
+  return widths.size() > 1 && widths[0].all <= width;
+}
+
+/// The width of the first columns, the long ones shortened.
+int least_width(const std::vector<Widths>& widths, std::size_t columns, bool keeps_first) {
   int width = -kGap;
   for (std::size_t i = 0; i < columns; ++i) {
-    width += kGap + (i == 0 ? widths[i].all : std::min(widths[i].all, kLeastShortened));
+    width += kGap + (i == 0 && keeps_first ? widths[i].all : std::min(widths[i].all, kLeastShortened));
   }
   return width;
 }
@@ -157,7 +162,7 @@ int least_width(const std::vector<Widths>& widths, std::size_t columns) {
 /// The number of first columns that fit into a line, the long ones shortened. At least one.
 std::size_t columns_shown(const std::vector<Widths>& widths, int width) {
   std::size_t columns = widths.size();
-  while (columns > 1 && least_width(widths, columns) > width) {
+  while (columns > 1 && least_width(widths, columns, keeps_first(widths, width)) > width) {
     --columns;
   }
   return columns;
@@ -169,7 +174,7 @@ Block line_layout(const std::vector<Widths>& widths, int width) {
   for (std::size_t i = 0; i < columns_shown(widths, width); ++i) {
     block.columns.emplace_back(i, widths[i].all);
   }
-  const auto narrowed = std::span(block.columns).subspan(block.columns.size() > 1 ? 1 : 0);
+  const auto narrowed = std::span(block.columns).subspan(keeps_first(widths, width) ? 1 : 0);
   for (int over = width_of(block) - width; over > 0; --over) {
     --std::ranges::max_element(narrowed, {}, &std::pair<std::size_t, int>::second)->second;
   }
@@ -226,7 +231,7 @@ std::string hidden_columns(Rows rows, int width) {
   }
   return fmt::format("hidden: {} (needs {} columns)",
                      fmt::join(rows.front().begin() + static_cast<std::ptrdiff_t>(shown), rows.front().end(), ", "),
-                     least_width(widths, widths.size()));
+                     least_width(widths, widths.size(), keeps_first(widths, width)));
 }
 
 std::string shortened_columns(Rows rows, int width) {

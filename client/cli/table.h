@@ -25,8 +25,8 @@ struct Coloring {
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring = {});
 
 /// A line for each row, of at most `width` columns (0: no limit). If they are too few, the widest cells lose their
-/// middle. If that is not enough, the last columns are left out. The first column stays whole, because commands take
-/// its text.
+/// middle. If that is not enough, the last columns are left out. The first column stays whole if it fits, because
+/// commands take its text.
 std::vector<std::string> format_table_in_lines(Rows rows, int width, const Coloring& coloring = {});
 
 /// "hidden: SAMPLES, OWNER (needs 96 columns)", the columns that format_table_in_lines leaves out. Empty if none.

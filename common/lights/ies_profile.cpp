@@ -204,7 +204,7 @@ Status unfold(const IesText& text, IesProfile& profile) {
     return ok_status();
   }
   if (first != 0 || (last != 90 && last != 180 && last != 360)) {
-    return text.error("horizontal angles must go from 0 to 0, 90, 180 or 360, or from 90 to 270; got {} to {}", first,
+    return text.error("horizontal angles must go from 0 to 0, 90, 180 or 360, or from 90 to 270, got {} to {}", first,
                       last);
   }
   for (double mirror = last; mirror < 360; mirror *= 2) {

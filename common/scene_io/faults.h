@@ -16,14 +16,14 @@ class Faults {
  public:
   static constexpr std::size_t kMostKinds = 100;  ///< that are named
 
-  /// `fault` begins with its place: "box.obj:12: …". `answer` says what is done instead: "the face is skipped". Both
+  /// `fault` begins with its place: "box.obj:12: …". `answer` says what is done instead, in lower case: "the face is skipped". Both
   /// may contain any bytes.
   void add(std::string_view kind, std::string_view fault, std::string_view answer);
 
   bool empty() const { return kinds_.empty(); }
   /// Whether the text of another fault of this kind would be used: it is the first, and not too many kinds are named.
   bool needs_text(std::string_view kind) const { return kinds_.size() < kMostKinds && !index_.contains(kind); }
-  /// One for each kind, in the order of the first: "box.obj:12: f: …; the face is skipped (and 3 more like it)".
+  /// One for each kind, in the order of the first: "box.obj:12: f: …. The face is skipped (and 3 more like it)".
   std::vector<std::string> notices() const;
   /// The first fault as an error.
   Status as_error() const;

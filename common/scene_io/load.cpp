@@ -36,7 +36,7 @@ Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
     return not_found("{}: no such file", path.string());
   }
   if (!files.is_file(path)) {
-    return invalid_argument("{}: not a file: {}", path.string(), kExpected);
+    return invalid_argument("{} is not a file: {}", path.string(), kExpected);
   }
   if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && lower_ending(path) != ".pbrt" &&
       lower_ending(path) != ".xml" && !is_gltf(path)) {

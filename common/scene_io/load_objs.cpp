@@ -163,7 +163,7 @@ std::uint32_t part_material(const ObjWithMaterials& file, const ObjPart& part, M
       }
       what = fmt::format("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
     }
-    loaded.faults.add(kKind, what, "it is rendered as grey diffuse");
+    loaded.faults.add(kKind, what, "its faces are rendered as grey diffuse");
   }
   return list.add(grey);
 }

@@ -59,7 +59,7 @@ class ObjReader {
     const std::string_view answer = keyword == "f"        ? "the face is skipped"
                                     : keyword == "v"      ? "the faces there are skipped"
                                     : keyword == "vn"     ? "it is ignored"
-                                    : keyword == "vt"     ? "it counts as (0, 0)"
+                                    : keyword == "vt"     ? "the coordinates count as (0, 0)"
                                     : keyword == "usemtl" ? "the faces are rendered as grey diffuse"
                                                           : "the line is skipped";
     if (first_odd_.ok()) {
@@ -350,7 +350,7 @@ class ObjReader {
         return ok_status();
       }
     }
-    return lines_.error("unknown statement \"{}\". Known are v, vt, vn, f, o, g, s, usemtl and mtllib",
+    return lines_.error("unknown statement \"{}\". Known statements: v, vt, vn, f, o, g, s, usemtl, mtllib",
                         keyword.substr(0, 40));
   }
 

@@ -107,7 +107,8 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
 
   bool null() override {
     next_token();
-    return take_target() && fail(path_, "null is not allowed: {}. It may also be left out", expected_of(*field_));
+    return take_target() &&
+           fail(path_, "null is not allowed: {}. The field may also be left out", expected_of(*field_));
   }
   bool boolean(bool value) override {
     next_token();
@@ -141,7 +142,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     if (field_->cpp_type() == pb::FieldDescriptor::CPPTYPE_ENUM) {
       const pb::EnumValueDescriptor* named = field_->enum_type()->FindValueByName(value);
       if (named == nullptr || named->number() == 0) {
-        return fail(path_, "unknown value \"{}\"; {}", value, expected_of(*field_));
+        return fail(path_, "unknown value \"{}\": {}", value, expected_of(*field_));
       }
       reflection.SetEnum(target_, field_, named);
       return true;

@@ -73,7 +73,7 @@ Status JobTable::check_room(const JobSpec& spec) const {
   if (all_bytes > limits_.scene_bytes || own_bytes > limits_.scene_bytes / 2) {
     return resource_exhausted(
         "the scenes of all jobs would need {:.4g} GiB, those of '{}' {:.4g} GiB: the farm keeps at most {:.4g} GiB, and "
-        "half of it for one user; Delete some jobs that have ended",
+        "half of it for one user. Delete some jobs that have ended",
         gib(all_bytes), owner, gib(own_bytes), gib(limits_.scene_bytes));
   }
   return ok_status();

@@ -117,7 +117,7 @@ std::string bind_problem(int error, std::string_view option) {
       return fmt::format("another program (another lightmill-server?) is using the port. Choose another with {}",
                          option);
     case EADDRNOTAVAIL:
-      return "this machine has no such address; 0.0.0.0 means all of its addresses";
+      return "this machine has no such address. 0.0.0.0 means all of its addresses";
     default:
       return std::strerror(error);
   }

@@ -1,6 +1,7 @@
 // Operations on tokens and the action log.
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include "common/base/number_text.h"
 #include "common/wire/bytes.h"
@@ -78,7 +79,9 @@ std::string way_back(const Gate& gate, const TokenRecord& token, std::int64_t no
 /// "30 days", "5 hours", rounded.
 std::string span_text(std::int64_t seconds) {
   constexpr std::int64_t kHour = 3'600, kDay = 24 * kHour;
-  const std::int64_t unit = seconds >= 2 * kDay ? kDay : seconds >= 2 * kHour ? kHour : 60;
+  const auto [unit, name] = seconds >= 2 * kDay    ? std::pair(kDay, "day")
+                            : seconds >= 2 * kHour ? std::pair(kHour, "hour")
+                                                   : std::pair(std::int64_t{60}, "minute");
   return counted(static_cast<std::size_t>((std::max<std::int64_t>(seconds, 0) + unit / 2) / unit), unit == kDay ? "day"
                                                                                                    : unit == kHour
                                                                                                        ? "hour"

@@ -201,7 +201,7 @@ void FarmLoop::log_quarantines(TaskContext& context) {
       Action& action = found.emplace_back();
       action.operation = kQuarantine;
       action.about = put->record.of.worker;
-      action.change = fmt::format("quarantine none -> '{}'", put->record.reason);
+      action.change = "put into quarantine: " + put->record.reason;
     }
   }
   for (Action& action : found) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/base/log.h"
+#include "common/base/number_text.h"
 #include "server/runtime/action_records.h"
 #include "server/store/check_rows.h"
 
@@ -85,7 +86,10 @@ Result<std::unique_ptr<Runtime>> Runtime::start(std::unique_ptr<Store> store, st
   }
   forget_others(*assets, assets_of(state));
   attribute_assets(*assets, state);
-  spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
+  if (state.epoch == 1) {
+    spdlog::info("this is a new farm: its store was empty");
+  }
+  spdlog::info("epoch {}, {} in the store", state.epoch, counted(state.jobs.size(), "job"));
   return std::unique_ptr<Runtime>(new Runtime(options, std::move(store), std::move(assets), state));
 }
 

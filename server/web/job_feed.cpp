@@ -108,7 +108,7 @@ bool JobFeed::make_room(const JobStatus& job) {
   if (!has_room_) {
     picture_failure_ = resource_exhausted(
         "it has {} tiles. The pictures on all open pages of this farm may have {} together, and others have {}. "
-        "{}`lightmill fetch` gets it now",
+        "{}`lightmill fetch` gets it",
         picture_tiles_, tile_budget_->most, tile_budget_->taken,
         picture_tiles_ <= tile_budget_->most ? "It appears when those pages are closed. " : "");
     watch();

@@ -79,7 +79,7 @@ TEST_P(Audits, ALiarAmongThreeMachinesChangesNothing) {
   const auto put = std::ranges::find(log.actions(), "QuarantineWorker", &v1::Action::operation);
   ASSERT_NE(put, log.actions().end()) << log.ShortDebugString();
   EXPECT_EQ(put->caller() + put->about(), "liar");
-  EXPECT_EQ(put->change(), "quarantine none -> '" + named(workers, "liar")->quarantine() + "'");
+  EXPECT_EQ(put->change(), "put into quarantine: " + named(workers, "liar")->quarantine());
 
   // A restarted coordinator remembers it.
   kill_at_once(farm.server());

@@ -64,7 +64,7 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const PictureOutputs&
 std::string end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
                             const PictureOutputs& outputs, nlohmann::json& object) {
   if (farm.local_farm) {
-    return save_interrupted(farm, id, outputs, object) + "; the local farm is stopped";
+    return save_interrupted(farm, id, outputs, object) + ". The local farm is stopped";
   }
   if (!by_user) {
     return fmt::format("job {} continues. Follow it with `lightmill watch {}{}`", id, id, server);
@@ -116,7 +116,7 @@ Result<ExitCode> render(Context& context, const Console& console, RenderCommandO
     nlohmann::json object{{"id", submitted->id()}};
     std::string message = message_of(job.status());
     if (context.signals.interrupted()) {
-      message += "; " + end_interrupted(farm, submitted->id(), context.signals.interrupted_by_user(),
+      message += ": " + end_interrupted(farm, submitted->id(), context.signals.interrupted_by_user(),
                                         context.common.server_words(), checked, object);
     }
     return console.fail(make_error(job.status().code(), "{}", message), std::move(object));

@@ -221,7 +221,7 @@ Status OpenedImage::read_as(T opaque, const PixelSink& sink) {
     if (!(in_bands ? input_->read_scanlines(0, 0, spec.y + begin, spec.y + end, spec.z, 0, channels, kType,
                                             pixels.data(), 4 * sizeof(T), stride)
                    : input_->read_image(0, 0, 0, channels, kType, pixels.data(), 4 * sizeof(T), stride))) {
-      return invalid_argument("the image is damaged: not all of its pixels can be read. Save it again{}",
+      return invalid_argument("the image is damaged: not all of its pixels can be read{}. Save it again",
                               reason(input_->geterror()));
     }
     complete(pixels.data(), pixels.size() / 4, channels, opaque);

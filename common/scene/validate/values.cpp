@@ -63,7 +63,7 @@ Status check_group(const std::string& path, const std::string& group) {
   return group.empty() || is_light_group_name(group)
              ? ok_status()
              : invalid_argument(
-                   "{}: at most {} letters, digits, '-' and '_' are possible, and not \"rest\"; got \"{}\"", path,
+                   "{}: at most {} letters, digits, '-' and '_' are possible, and not \"rest\", got \"{}\"", path,
                    kMaxLightGroupName, printable(group));
 }
 

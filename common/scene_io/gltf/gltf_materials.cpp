@@ -120,7 +120,7 @@ Opacity GltfMaterials::opacity(const JsonNode& from, double value, std::uint32_t
   }
   if (mode != "MASK" && mode != "BLEND") {
     from["alphaMode"].fault(fmt::format("OPAQUE, MASK or BLEND is expected, got \"{}\"", mode.substr(0, 40)),
-                            "it is rendered opaque");
+                            "the material is rendered opaque");
     return {};
   }
   Opacity out{mode == "MASK" ? Opacity::Mode::mask : Opacity::Mode::blend, value};

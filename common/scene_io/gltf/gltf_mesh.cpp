@@ -121,7 +121,8 @@ void read_normals(const GltfData& data, const JsonNode& primitive, const MeshPos
     }
   }
   if (missing > 0) {
-    attribute.fault(fmt::format("{} without a direction", counted(missing, "normal")), "those of the faces are used");
+    attribute.fault(fmt::format("{} without a direction", counted(missing, "normal")),
+                    "the normals of the faces are used");
     replace_missing_normals(mesh);
   }
 }
@@ -156,7 +157,7 @@ void read_colors(const GltfData& data, const JsonNode& attribute, const GltfVert
     }
   }
   if (cut) {
-    attribute.fault("colours from 0 to 1 are expected", "others are cut");
+    attribute.fault("colours from 0 to 1 are expected", "other values are cut");
   }
 }
 
@@ -182,7 +183,7 @@ void read_tangents(const GltfData& data, const JsonNode& primitive, const MeshPo
   }
   if (missing > 0) {
     attribute.fault(fmt::format("{} without a direction", counted(missing, "tangent")),
-                    "those of the texture coordinates are used");
+                    "the tangents of the texture coordinates are used");
     mesh.tangents.clear();
   }
 }
@@ -242,8 +243,8 @@ void leave_out_wrong_triangles(const JsonNode& indices, std::size_t vertices, Me
   if (mesh.triangles.empty()) {
     indices.fail(what);
   } else {
-    indices.fault(
-        what, fmt::format("{} skipped", left_out == 1 ? "the triangle is" : fmt::format("{} triangles are", left_out)));
+    indices.fault(what, left_out == 1 ? "the triangle is skipped"
+                                      : fmt::format("the {} triangles with such vertices are skipped", left_out));
   }
 }
 

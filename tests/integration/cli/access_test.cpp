@@ -1,5 +1,9 @@
 // Certificates on the command line: creating, showing and using them, and errors when they do not match.
+#include <netinet/in.h>
+#include <openssl/ssl.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <thread>
 
@@ -179,6 +183,8 @@ TEST_F(SecureCliTest, MismatchedCertificatesAndTokensAreReported) {
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", pem("ca"), "--tls-cert", file("other/ada.pem")}),
                    "it refuses the certificate of --tls-cert, signed by 'Other farm'"));
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-cert", pem("ada")}), "without --tls-ca"));
+  EXPECT_FALSE(says(failure({"jobs", "--server", here, "--tls-ca", pem("ca"), "--tls-cert", pem("ca")}), "chmod"))
+      << "it has no key";
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", file("none.pem")}), "--tls-ca " + file("none.pem")));
 }
 
@@ -194,6 +200,8 @@ class EndsAfterTheHandshake {
     address.sin_port = htons(port_.number());
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const int yes = 1;
+    const timeval patience{kPatience.count(), 0};
+    EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience), 0);
     EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes), 0);
     EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     EXPECT_EQ(::listen(socket_, 1), 0);

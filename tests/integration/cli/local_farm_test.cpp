@@ -120,7 +120,7 @@ TEST_P(InterruptedRender, WritesThePictureSoFar) {
   ASSERT_TRUE(eventually([&] { return log().find("samples/s") != std::string::npos; })) << log();
   client.send(GetParam());
   EXPECT_EQ(client.wait(), 130);
-  const std::size_t notice = log().find("interrupted; the picture so far (");
+  const std::size_t notice = log().find("interrupted: the picture so far (");
   EXPECT_TRUE(notice != std::string::npos && notice == log().rfind("interrupted")) << log();
   EXPECT_TRUE(load_rgb(file("a.exr")).ok());
 }

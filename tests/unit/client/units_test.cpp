@@ -190,6 +190,9 @@ TEST(Table, RowsOfLinesLoseTheMiddleOfLongCellsThenTheLastColumns) {
   EXPECT_EQ(format_table_in_lines(workers, 54),
             (Lines{"WORKER                        STATE", "render-node-1.studio.example  renders"}));
   EXPECT_EQ(hidden_columns(workers, 54), "hidden: HOST (needs 55 columns)");
+  EXPECT_EQ(format_table_in_lines(workers, 28), (Lines{"WORKER", "render-node-1.studio.example"}));
+  EXPECT_EQ(format_table_in_lines(workers, 27), (Lines{"WORKER              STATE", "render-no….example  renders"}))
+      << "too long";
 }
 
 TEST(Table, WrapsItsWidestColumn) {

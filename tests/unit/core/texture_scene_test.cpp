@@ -81,7 +81,7 @@ TEST(ReadImage, AnErrorNamesTheFileThatIsNoImage) {
   EXPECT_FALSE(read_image(as_byte_view(png.substr(0, png.size() / 2)), "cut.png").ok());
   EXPECT_EQ(
       message_of(read_image(as_byte_view(png.substr(0, png.size() - 20)), "cut.png").status()),
-      "cut.png: the image is damaged: not all of its pixels can be read. Save it again: Read error: hit end of file")
+      "cut.png: the image is damaged: not all of its pixels can be read: Read error: hit end of file. Save it again")
       << "the error is reported once, not by each caller";
 #endif
 }

@@ -90,7 +90,7 @@ TEST(IesProfile, ACircleWithoutItsLastAngleIsClosed) {
     EXPECT_NEAR(open.at(0, 360 - 180.0 / count), (count + 1) / 2.0, 0.01 * count);
   }
   EXPECT_EQ(error_of(file("0 90", 2, "0 15 330", 3, "1 2 3 4 5 6")),
-            "lamp.ies:9: horizontal angles must go from 0 to 0, 90, 180 or 360, or from 90 to 270; got 0 to 330");
+            "lamp.ies:9: horizontal angles must go from 0 to 0, 90, 180 or 360, or from 90 to 270, got 0 to 330");
 }
 
 TEST(IesProfile, VerticalAnglesThatEndEarlyHaveANotice) {
@@ -163,7 +163,7 @@ TEST(IesProfile, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(error_of(file("0 190", 2, "0", 1, "1 2")), "lamp.ies:7: vertical angle must be in [0, 180], got 190");
   EXPECT_EQ(error_of(file("90 0", 2, "0", 1, "1 2")), "lamp.ies:7: vertical angles must ascend, got 0 after 90");
   EXPECT_EQ(error_of(file("0 90", 2, "0 100", 2, "1 2 3 4")),
-            "lamp.ies:9: horizontal angles must go from 0 to 0, 90, 180 or 360, or from 90 to 270; got 0 to 100");
+            "lamp.ies:9: horizontal angles must go from 0 to 0, 90, 180 or 360, or from 90 to 270, got 0 to 100");
   EXPECT_EQ(error_of(file("0 90", 2, "0", 1, "1 -2")),
             "lamp.ies:9: a candela value must be in [0, 1000000000000], got -2");
   EXPECT_EQ(error_of(file("0 90", 2, "0", 1, "1 nan")), "lamp.ies:9: a candela value is expected, got \"nan\"");

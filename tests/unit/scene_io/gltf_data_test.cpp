@@ -240,7 +240,7 @@ TEST(Gltf, NormalsHaveLengthOneAndTextureCoordinatesAreFlipped) {
   EXPECT_EQ(mesh->normals, (std::vector<std::array<float, 3>>{{0, 0, 1}, {0, 0, 1}, {0, 0.6f, 0.8f}}));
   EXPECT_EQ(mesh->texture_coordinates, (std::vector<std::array<float, 2>>{{0, 1}, {1, 0.8f}, {0, 0}}));
   EXPECT_EQ(notices, std::vector<std::string>{"a.gltf: meshes[0].primitives[0].attributes.NORMAL: 1 normal without a "
-                                              "direction. Those of the faces are used"});
+                                              "direction. The normals of the faces are used"});
 }
 
 TEST(Gltf, ColoursHaveAllFormsOfTheSpecification) {
@@ -284,7 +284,7 @@ TEST(Gltf, ColoursHaveAllFormsOfTheSpecification) {
            5126,
            "",
            {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}},
-           {"a.gltf: meshes[0].primitives[0].attributes.COLOR_0: colours from 0 to 1 are expected. Others are cut"}}}) {
+           {"a.gltf: meshes[0].primitives[0].attributes.COLOR_0: colours from 0 to 1 are expected. Other values are cut"}}}) {
     GltfBuffer b;
     b.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
     const int colors = b.add(c.bytes, c.type, c.component, 3, c.more);
@@ -325,11 +325,12 @@ TEST(Gltf, WrongTrianglesAreSkippedAndNamed) {
       primitive(b, fmt::format(R"({{"attributes":{{"POSITION":0}},"indices":{}}})", more), error, notices);
   ASSERT_TRUE(mesh.has_value()) << error;
   EXPECT_EQ(mesh->triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
-  EXPECT_EQ(notices, (std::vector<std::string>{
-                         "a.gltf: meshes[0].primitives[0]: 13 corners make no whole number of triangles. The last ones "
-                         "are skipped",
-                         "a.gltf: meshes[0].primitives[0].indices: vertex 5 is out of range, there are 5. 2 triangles "
-                         "are skipped"}));
+  EXPECT_EQ(notices,
+            (std::vector<std::string>{
+                "a.gltf: meshes[0].primitives[0]: 13 corners make no whole number of triangles. The last ones "
+                "are skipped",
+                "a.gltf: meshes[0].primitives[0].indices: vertex 5 is out of range, there are 5. The 2 triangles "
+                "with such vertices are skipped"}));
 }
 
 // Each of many vertices without a normal gets that of a face, also beyond a thousand.

@@ -184,8 +184,9 @@ TEST(GltfScene, TangentsAreThoseOfTheFile) {
   EXPECT_TRUE(mapped("").mesh.tangents.empty());
   const Mapped broken = mapped(R"("normalTexture":{"index":0})", {1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1});
   EXPECT_TRUE(broken.mesh.tangents.empty());
-  EXPECT_EQ(broken.faults, std::vector<std::string>{"a.gltf: meshes[0].primitives[0].attributes.TANGENT: 1 tangent "
-                                                    "without a direction. Those of the texture coordinates are used"});
+  EXPECT_EQ(broken.faults,
+            std::vector<std::string>{"a.gltf: meshes[0].primitives[0].attributes.TANGENT: 1 tangent "
+                                     "without a direction. The tangents of the texture coordinates are used"});
 }
 
 TEST(GltfScene, AnisotropyIsThatOfTheExtension) {
@@ -293,7 +294,7 @@ TEST(GltfScene, AlphaIsTheOpacityThatTheModeSays) {
            {R"(,"alphaMode":"BLEND","extensions":{"KHR_materials_unlit":{}})", {blend, 0.25}},
            {R"(,"alphaMode":"DITHER")",
             {},
-            R"(OPAQUE, MASK or BLEND is expected, got "DITHER". It is rendered opaque)"},
+            R"(OPAQUE, MASK or BLEND is expected, got "DITHER". The material is rendered opaque)"},
            {R"(,"alphaMode":"BLEND","extensions":{"KHR_materials_transmission":{"transmissionFactor":1}})",
             {},
             "left out: alpha of materials that transmit light"}}) {

@@ -66,7 +66,8 @@ TEST_F(Load, BadFilesAreNamed) {
   EXPECT_EQ(error({folder_ / "none.json"}), "none.json: no such file");
   EXPECT_EQ(error({folder_ / "none.obj"}), "none.obj: no such file");
   std::filesystem::create_directory(folder_ / "farm");
-  EXPECT_TRUE(error({folder_ / "farm"}).starts_with("farm: not a file: a scene document")) << error({folder_ / "farm"});
+  EXPECT_TRUE(error({folder_ / "farm"}).starts_with("farm is not a file: a scene document"))
+      << error({folder_ / "farm"});
   for (const char* const name : {"empty.gltf", "empty.glb", "empty.pbrt", "empty.xml"}) {
     EXPECT_EQ(error({write(name, "")}), std::string(name) + ": the file is empty");
   }

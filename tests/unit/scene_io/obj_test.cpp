@@ -271,9 +271,10 @@ TEST(Obj, WrongStatementsAreSkippedAndNamedWithTheirPlace) {
     EXPECT_EQ(all.size(), 1u) << statements;
     return all.empty() ? "" : all[0];
   };
-  EXPECT_EQ(fault("vertex 1 2 3"),
-            "box.obj:1: unknown statement \"vertex\". Known are v, vt, vn, f, o, g, s, usemtl and mtllib. The line is "
-            "skipped");
+  EXPECT_EQ(
+      fault("vertex 1 2 3"),
+      "box.obj:1: unknown statement \"vertex\". Known statements: v, vt, vn, f, o, g, s, usemtl, mtllib. The line is "
+      "skipped");
   EXPECT_EQ(fault("\n\nf 1 2 x"), "box.obj:3: f: an index is expected, got \"x\". The face is skipped");
   EXPECT_EQ(fault("f 1 2 \xe9\x1b"), "box.obj:1: f: an index is expected, got \"\\xe9\\x1b\". The face is skipped");
   EXPECT_EQ(fault("f 0 1 2"),
@@ -293,9 +294,9 @@ TEST(Obj, WrongStatementsAreSkippedAndNamedWithTheirPlace) {
             "box.obj:1: v: numbers of at most 1000000000000 are expected, got 1e13. The faces there are skipped");
   EXPECT_EQ(fault("vn 1 2 three"), "box.obj:1: vn: a finite number is expected, got \"three\". It is ignored");
   EXPECT_EQ(fault("vn 0 0 0"), "box.obj:1: vn: a direction is expected, got (0, 0, 0). It is ignored");
-  EXPECT_EQ(fault("vt"), "box.obj:1: vt: a number is expected. It counts as (0, 0)");
+  EXPECT_EQ(fault("vt"), "box.obj:1: vt: a number is expected. The coordinates count as (0, 0)");
   EXPECT_EQ(fault("vt 0 1e10"),
-            "box.obj:1: vt: numbers of at most 1000000000 are expected, got 1e10. It counts as (0, 0)");
+            "box.obj:1: vt: numbers of at most 1000000000 are expected, got 1e10. The coordinates count as (0, 0)");
   EXPECT_EQ(fault("s x"),
             "box.obj:1: s: the number of a smoothing group or off is expected, got \"x\". The line is skipped");
   EXPECT_EQ(fault("mtllib"), "box.obj:1: mtllib: a file name is expected. The line is skipped");

@@ -111,7 +111,7 @@ TEST_F(FaultyFile, UnknownMaterialsAreGrey) {
   EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[0].kind).reflectance.rgb, kGrey);
   EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[1].kind).reflectance.rgb, kRed);
   EXPECT_EQ(faults_of(loaded),
-            Texts{"a.obj:5: unknown material \"(null)\". Known materials: red. It is rendered as grey "
+            Texts{"a.obj:5: unknown material \"(null)\". Known materials: red. Its faces are rendered as grey "
                   "diffuse (and 1 more like it)"});
 }
 
@@ -121,7 +121,7 @@ TEST_F(FaultyFile, AStrictReaderRefusesFaults) {
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   EXPECT_EQ(error({write("a.obj", triangle)}, strict), "no error");
   EXPECT_EQ(error({write("a.obj", triangle + "odd\nf 1 2 9\n")}, strict),
-            "--strict: a.obj:5: unknown statement \"odd\". Known are v, vt, vn, f, o, g, s, usemtl and mtllib");
+            "--strict: a.obj:5: unknown statement \"odd\". Known statements: v, vt, vn, f, o, g, s, usemtl, mtllib");
   EXPECT_EQ(error({write("a.obj", "mtllib none.mtl\n" + triangle)}, strict),
             "--strict: a.obj:1: mtllib: there is no file none.mtl");
   write("a.mtl", "newmtl a\nKd 1\nKd 1 2\n");

@@ -163,7 +163,7 @@ TEST(SceneJson, WrongTypesAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, R"({"width": 8.5})", kMaterials, kObjects)),
             "box.json:3:19: film.width: an integer is expected, got 8.5");
   EXPECT_EQ(scene_error(document(kCamera, R"({"width": null})", kMaterials, kObjects)),
-            "box.json:3:19: film.width: null is not allowed: an integer is expected. It may also be left out");
+            "box.json:3:19: film.width: null is not allowed: an integer is expected. The field may also be left out");
   EXPECT_EQ(scene_error(document("7", kFilm, kMaterials, kObjects)),
             "box.json:2:11: camera: an object with eye, look_at, up, vertical_fov_degrees, camera_constant, "
             "lens_radius, focus_distance, shift_x, shift_y is "
@@ -191,7 +191,7 @@ TEST(SceneJson, WrongTypesAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"two_sided_emission": 1}])", kObjects)),
             "box.json:4:38: materials[0].two_sided_emission: true or false is expected, got 1");
   EXPECT_EQ(scene_error(document(kCamera, R"({"filter": {"kind": "BOXY"}})", kMaterials, kObjects)),
-            "box.json:3:29: film.filter.kind: unknown value \"BOXY\"; one of BOX, TENT, GAUSSIAN, BLACKMAN_HARRIS is "
+            "box.json:3:29: film.filter.kind: unknown value \"BOXY\": one of BOX, TENT, GAUSSIAN, BLACKMAN_HARRIS is "
             "expected");
   EXPECT_EQ(scene_error(document(kCamera, R"({"filter": {"kind": 1}})", kMaterials, kObjects)),
             "box.json:3:29: film.filter.kind: one of BOX, TENT, GAUSSIAN, BLACKMAN_HARRIS is expected, got 1");
