@@ -1,5 +1,7 @@
 #include "server/domain/films.h"
 
+#include "common/base/check.h"
+
 namespace lightmill {
 namespace {
 

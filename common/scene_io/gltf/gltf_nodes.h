@@ -7,6 +7,7 @@
 #include "common/scene_io/gltf/gltf_data.h"
 #include "common/scene_io/gltf/gltf_pose.h"
 #include "common/scene_io/load.h"
+#include "common/scene_io/notices.h"
 
 namespace lightmill {
 
