@@ -7,6 +7,7 @@
 #include "lightmill/v1/render_service.pb.h"
 #include "server/operations/operation_call.h"
 #include "server/runtime/action_records.h"
+#include "server/web/web_parts.h"
 
 namespace lightmill {
 namespace {

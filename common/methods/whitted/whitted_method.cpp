@@ -24,6 +24,7 @@
 #include "common/materials/dielectric.h"
 #include "common/methods/camera_method.h"
 #include "common/methods/raycast/local_shading.h"
+#include "common/methods/surface_bsdf.h"
 
 namespace lightmill {
 namespace {

@@ -1,5 +1,6 @@
 #include "common/planner/pilot_choice.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace lightmill {

@@ -3,6 +3,9 @@
 #include <numbers>
 
 #include "common/scene/mesh.h"
+#include "common/scene_io/gltf/gltf_deform.h"
+#include "common/scene_io/gltf/gltf_mesh.h"
+#include "common/scene_io/notices.h"
 #include "tests/unit/scene_io/gltf_fixture.h"
 
 namespace lightmill {

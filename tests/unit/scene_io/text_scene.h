@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "common/scene/mesh.h"
+#include "common/scene_io/file_finder.h"
 #include "common/scene_io/load.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/error_message.h"

@@ -1,6 +1,8 @@
 // The farm's totals, which metrics show.
 #include "server/domain/farm_metrics.h"
 
+#include <numeric>
+
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill::test {
