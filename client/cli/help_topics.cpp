@@ -48,7 +48,7 @@ void explain_audits(const Console& console) {
       "An audit renders a result again on a worker of another identity, and compares the bits. The identity is the "
       "worker's certificate or token. Without these it is the machine. If the bits differ, a third identity decides. "
       "The worker with the wrong result enters quarantine, and the farm renders its results again.\n\n"
-      "--verify sets the share of a job's results that are audited: 1% (the default), 0.1%, all or none. `lightmill "
+      "--audit sets the share of a job's results that are audited: 1% (the default), 0.1%, all or none. `lightmill "
       "show JOB` says how many were audited. If none was, it says why.\n\n"
       "Workers with the same bits in a test render have the same fingerprint class. A job uses workers of one class. "
       "With --allow-mixed it uses workers of all classes. Then the bits of its picture depend on the workers. "

@@ -78,7 +78,7 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   for (const std::string& notice : film->job.method_notes().notices()) {
     console.result("note: " + notice);
   }
-  if (film->job.counters().results_verified() > 0 || film->job.counters().nodes_dropped() > 0) {
+  if (film->job.counters().results_audited() > 0 || film->job.counters().nodes_dropped() > 0) {
     console.result(audits_text(film->job));
   }
   for (const NamedReading& reading : film->meters) {

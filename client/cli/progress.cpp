@@ -112,16 +112,16 @@ std::string trace_text(const v1::Job& job) {
 }
 
 std::string audits_text(const v1::Job& job) {
-  const std::uint64_t verified = job.counters().results_verified(), unverified = job.results_unverified(),
+  const std::uint64_t audited = job.counters().results_audited(), unaudited = job.results_unaudited(),
                       merged = job.counters().results_merged();
   std::string text;
-  if (verified > 0) {
-    text = fmt::format("{} of {} results were audited by another identity, with the same bits", verified, merged);
-  } else if (job.verify_share() <= 0) {
+  if (audited > 0) {
+    text = fmt::format("{} of {} results were audited by another identity, with the same bits", audited, merged);
+  } else if (job.audit_share() <= 0) {
     text = "unaudited: not requested";
-  } else if (unverified == 0 && merged > 0) {
+  } else if (unaudited == 0 && merged > 0) {
     text =
-        fmt::format("unaudited: none of {} results was drawn at a share of {:.3g}%", merged, 100 * job.verify_share());
+        fmt::format("unaudited: none of {} results was drawn at a share of {:.3g}%", merged, 100 * job.audit_share());
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
@@ -131,10 +131,10 @@ std::string audits_text(const v1::Job& job) {
   } else {
     text = "no audits yet";
   }
-  if (unverified > 0) {
-    text += fmt::format("; {} {}", counted(unverified, "result"),
+  if (unaudited > 0) {
+    text += fmt::format("; {} {}", counted(unaudited, "result"),
                         job.state() == v1::JOB_STATE_DONE ? "could not be audited"
-                        : unverified == 1                 ? "waits for an audit"
+                        : unaudited == 1                  ? "waits for an audit"
                                                           : "wait for an audit");
   }
   if (job.counters().nodes_dropped() > 0) {

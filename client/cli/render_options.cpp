@@ -148,7 +148,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("P")
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
-  add_parsed(command, "--verify", spec.audit_share, parse_share,
+  add_parsed(command, "--audit", spec.audit_share, parse_share,
              "share of the results that another identity renders again, to find workers with wrong results: 1%, 0.1%, "
              "all, none (`lightmill help audits`)")
       ->type_name("SHARE")

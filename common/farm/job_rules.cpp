@@ -67,7 +67,7 @@ Status check_goal(const Goal& goal, const PixelRect& crop) {
 }
 
 Status check_audit_share(double share) {
-  return share >= 0 && share <= 1 ? ok_status() : invalid_argument("verify_share: must be from 0 to 1, got {}", share);
+  return share >= 0 && share <= 1 ? ok_status() : invalid_argument("audit_share: must be from 0 to 1, got {}", share);
 }
 
 Status check_crop(int width, int height, const PixelRect& crop) {

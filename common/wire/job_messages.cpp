@@ -167,7 +167,7 @@ void to_wire(const JobSpec& spec, v1::JobSpec* out) {
   out->set_priority(spec.priority);
   to_wire(spec.goal, out->mutable_goal());
   to_wire(spec.settings, out->mutable_settings());
-  out->set_verify_share(spec.audit_share);
+  out->set_audit_share(spec.audit_share);
   out->set_allow_mixed(spec.allow_mixed);
 }
 
@@ -181,9 +181,9 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
   out.host = spec.host();
   out.parent = JobId{spec.parent()};
   out.priority = spec.priority();
-  if (spec.has_verify_share()) {
-    LM_RETURN_IF_ERROR(check_audit_share(spec.verify_share()));
-    out.audit_share = spec.verify_share();
+  if (spec.has_audit_share()) {
+    LM_RETURN_IF_ERROR(check_audit_share(spec.audit_share()));
+    out.audit_share = spec.audit_share();
   }
   out.allow_mixed = spec.allow_mixed();
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(spec.goal()));
@@ -213,7 +213,7 @@ void to_wire(const JobCounters& counters, v1::JobCounters* out) {
   out->set_leases_lost(counters.leases_lost);
   out->set_copies_leased(counters.copies_leased);
   out->set_non_finite(counters.non_finite);
-  out->set_results_verified(counters.results_audited);
+  out->set_results_audited(counters.results_audited);
   out->set_nodes_dropped(counters.nodes_dropped);
 }
 
@@ -223,7 +223,7 @@ JobCounters from_wire(const v1::JobCounters& counters) {
           .leases_lost = counters.leases_lost(),
           .copies_leased = counters.copies_leased(),
           .non_finite = counters.non_finite(),
-          .results_audited = counters.results_verified(),
+          .results_audited = counters.results_audited(),
           .nodes_dropped = counters.nodes_dropped()};
 }
 
@@ -285,9 +285,9 @@ void to_wire(const JobStatus& status, v1::Job* out) {
     to_wire(point, out->add_history());
   }
   to_wire(status.counters, out->mutable_counters());
-  out->set_verify_share(spec.audit_share);
+  out->set_audit_share(spec.audit_share);
   out->set_allow_mixed(spec.allow_mixed);
-  out->set_results_unverified(status.results_unaudited);
+  out->set_results_unaudited(status.results_unaudited);
   out->set_one_identity(status.one_identity);
   out->set_audits_lost(status.audits_lost);
   out->set_submitted_unix_ms(status.submitted_unix_ms);

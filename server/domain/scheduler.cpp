@@ -12,7 +12,7 @@ namespace {
 /// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases only as many as
 /// it can take the results of within this time. Else thousands of workers would send theirs at once.
 constexpr double kTriedSeconds = 0.5;
-/// What a worker may hold of a job: this factor times the pixel samples that it delivered in the last minute. If units
+/// Most units of a job that a worker may hold: this factor times the pixel samples that it delivered in the last minute. If units
 /// take longer than a quarter of a minute: this number of units.
 constexpr double kRecentWork = 2, kUnitsHeld = 4;
 

@@ -133,9 +133,9 @@ class StoredFuzz : public test::CoordinatorTest {
   /// Makes jobs of all kinds: done, extended, half rendered, adaptive, without a method yet, and cancelled.
   void make_jobs() {
     const SessionId worker = connect("w", 2);
-    JobSpec verified = small("done", 4);
-    verified.audit_share = 1;
-    submit(verified);
+    JobSpec audited = small("done", 4);
+    audited.audit_share = 1;
+    submit(audited);
     JobSpec layered = small("layers", 4);
     layered.settings.layers = film_layers(std::vector<std::string>{"normal"}).value();
     submit(layered);

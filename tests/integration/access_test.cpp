@@ -381,7 +381,7 @@ TEST(Access, WorkersAuditEachOtherIfTheyHaveTwoCertificates) {
       which.set_id(job.id());
       return stub->GetJob(&context, which, &job).ok() && job.state() == v1::JOB_STATE_DONE;
     })) << job.ShortDebugString();
-    EXPECT_EQ(job.counters().results_verified(), two ? job.counters().results_merged() : 0u) << job.ShortDebugString();
+    EXPECT_EQ(job.counters().results_audited(), two ? job.counters().results_merged() : 0u) << job.ShortDebugString();
     EXPECT_EQ(job.one_identity(), !two);
   }
 }

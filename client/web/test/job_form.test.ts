@@ -34,7 +34,7 @@ const spec: JobSpec = create(JobSpecSchema, {
   name: 'room',
   owner: 'ada',
   priority: 3,
-  verifyShare: 0.5,
+  auditShare: 0.5,
   goal: {samples: 64n, error: 0.01},
   settings: {
     scene: toBinary(SceneSchema, scene),
@@ -92,7 +92,7 @@ test('a quick look is small, has a higher priority, and renders the same crop', 
   expect(Math.max(settings!.width, settings!.height)).toBe(kMostQuickSide);
   expect(settings).toMatchObject({width: 480, height: 270, method: 'preview', meters: 0, maxBounces: 0, crop: {x: 120, y: 67, width: 240, height: 136}});
   expect(names(quick)).toEqual(['beauty']);
-  expect(quick).toMatchObject({parent: 12n, priority: 4, verifyShare: 0, goal: {samples: 16n, seconds: 0, error: 0}});
+  expect(quick).toMatchObject({parent: 12n, priority: 4, auditShare: 0, goal: {samples: 16n, seconds: 0, error: 0}});
   expect(assetsOf(fromBinary(SceneSchema, settings!.scene)).map(hexOf)).toEqual([kMesh, kImage]);
   const least = quickSpec(spec, scene, {...formOf(spec), width: 65536, height: 1, priority: 2 ** 31 - 1}, rules, 12n, 'path');
   expect([least.settings!.width, least.settings!.height, least.priority]).toEqual([480, 1, 2 ** 31 - 1]);
@@ -106,7 +106,7 @@ test('a photon map job has the size and seed of its job, and one sample', () => 
   const spec = create(JobSpecSchema, {
     name: 'box',
     priority: 3,
-    verifyShare: 1,
+    auditShare: 1,
     goal: {samples: 64n, error: 0.01, adaptive: true},
     settings: {width: 64, height: 32, seed: 7n, method: 'path', maxBounces: 5, meters: 2, crop: {x: 1, y: 2, width: 3, height: 4}},
   });
@@ -117,7 +117,7 @@ test('a photon map job has the size and seed of its job, and one sample', () => 
   expect(new TextEncoder().encode(long).length).toBe(199); // one more character would make 202 bytes, and the limit is 200
   expect(isPageJob(photonMap.name)).toBe(true);
   expect(isPageJob('box')).toBe(false);
-  expect([photonMap.parent, photonMap.priority, photonMap.verifyShare]).toEqual([12n, 4, 0]);
+  expect([photonMap.parent, photonMap.priority, photonMap.auditShare]).toEqual([12n, 4, 0]);
   expect(photonMap.goal).toMatchObject({samples: 1n, error: 0, adaptive: false});
   expect(photonMap.settings).toMatchObject({width: 64, height: 32, seed: 7n, method: 'photon-map:caustic:photons=100000', maxBounces: 0, meters: 0, rendererVersion: 'new'});
   expect(photonMap.settings?.crop).toEqual(spec.settings?.crop);

@@ -42,7 +42,7 @@ const std::vector<Kind>& kinds() {
       {"blocks to an error", "scenes/cornell-bench-blocks.json --method path --size 128x128 --error 0.002"},
       {"blocks, adaptive", "scenes/cornell-bench-blocks.json --method path --size 192x192 --adaptive", 128},
       {"part of the blocks", "scenes/cornell-bench-blocks.json --method path --crop 100,120,150,90", 256, true},
-      {"blocks, all verified", "scenes/cornell-bench-blocks.json --method path --size 128x128 --verify all", 256},
+      {"blocks, all audited", "scenes/cornell-bench-blocks.json --method path --size 128x128 --audit all", 256},
       {"course blocks by auto", "scenes/cornell-course-blocks.json --size 128x128", 384, true},
       {"balls by auto", "scenes/cornell-bench-balls.json --size 128x128", 192, true},
       {"balls by caustic", "scenes/cornell-bench-balls.json --method caustic --size 128x128 --seed 3", 192, true},

@@ -127,7 +127,7 @@ TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
           "seed: 18446744073709551615 samples_done: 10 samples_wanted: 20",
           "min_tile_samples: 1 max_tile_samples: 3 active_seconds: 1.5 worker_seconds: 2.5",
           "samples_per_second: 1000000 eta_seconds: -1", "submitted_unix_ms: 1700000000000",
-          "finished_unix_ms: 1700000000001", "frame_samples: 2 verify_share: 0.25 results_unverified: 8",
+          "finished_unix_ms: 1700000000001", "frame_samples: 2 audit_share: 0.25 results_unaudited: 8",
           "layers: \"direct\" layers: \"normal\" layers: \"depth\" layers: \"id\" allow_mixed: true",
           "one_identity: true audits_lost: 9"}) {
       EXPECT_NE(job.ShortDebugString().find(text), std::string::npos) << job.ShortDebugString();

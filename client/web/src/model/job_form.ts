@@ -174,7 +174,7 @@ export function photonMapSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, 
     name: pageJobName(spec.name, kPhotonMapEnding, rules),
     parent,
     priority: Math.min(spec.priority + 1, kMostPriority),
-    verifyShare: 0,
+    auditShare: 0,
     goal: create(GoalSchema, {samples: 1n}),
     settings: {...(settings ?? create(RenderSettingsSchema)), method: kPhotonMapMethods[photons], layers: [kBeauty], maxBounces: 0, meters: 0, rendererVersion: rules.rendererVersion},
   };
@@ -196,7 +196,7 @@ export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: Job
     name: pageJobName(form.name, kQuickEnding, rules),
     parent,
     priority: Math.min(form.priority + 1, kMostPriority),
-    verifyShare: 0,
+    auditShare: 0,
     goal: create(GoalSchema, {samples: kQuickSamples[method]}),
     settings: {...settingsFor(whole, scene, small, rules), layers: [kBeauty], maxBounces: 0, meters: 0},
   };

@@ -35,7 +35,7 @@ void wait_for_workers(Farm& farm, std::ptrdiff_t count) {
 v1::Job submit_audited(Farm& farm, const Picture& picture, double share, bool allow_mixed = false) {
   FarmClient client = farm.client();
   client.upload_assets(shipped_scene(picture.scene));
-  JobSpec spec = job_of(picture, allow_mixed ? "mixed" : "verified");
+  JobSpec spec = job_of(picture, allow_mixed ? "mixed" : "audited");
   spec.audit_share = share;
   spec.allow_mixed = allow_mixed;
   v1::SubmitJobRequest request;
@@ -61,8 +61,8 @@ TEST_P(Audits, ALiarAmongThreeMachinesChangesNothing) {
   const v1::Job job = submit_audited(farm, picture, 1);
   expect_reference_film(farm.client(), job.id(), picture);
   const v1::Job ended = farm.client().job(job.id());
-  EXPECT_EQ(ended.results_unverified(), 0u) << ended.ShortDebugString();
-  EXPECT_GT(ended.counters().results_verified(), 0u);
+  EXPECT_EQ(ended.results_unaudited(), 0u) << ended.ShortDebugString();
+  EXPECT_GT(ended.counters().results_audited(), 0u);
   const std::vector<v1::Worker> workers = farm.client().workers();
   ASSERT_NE(named(workers, "liar"), nullptr);
   EXPECT_NE(named(workers, "liar")->quarantine(), "") << farm.server_log();
@@ -123,8 +123,8 @@ TEST(MixedFarm, RendersThePictureExceptForItsLastBits) {
   EXPECT_EQ(ended.max_tile_samples(), picture.samples);
   EXPECT_EQ(ended.fingerprint_class(), kMixedClass);
   EXPECT_TRUE(ended.allow_mixed());
-  EXPECT_GT(ended.counters().results_verified(), 0u) << "the other class has two machines";
-  EXPECT_GT(ended.results_unverified(), 0u) << "the usual one has one";
+  EXPECT_GT(ended.counters().results_audited(), 0u) << "the other class has two machines";
+  EXPECT_GT(ended.results_unaudited(), 0u) << "the usual one has one";
   EXPECT_EQ(ended.counters().nodes_dropped(), 0u);
   const std::vector<v1::Worker> workers = farm.client().workers();
   for (const char* name : {"usual", "other-1", "other-2"}) {
@@ -224,8 +224,8 @@ TEST(UnauditedFarm, ReportsItsResultsAsUnaudited) {
   const v1::Job job = submit_audited(farm, picture, 1);
   const v1::Job ended = farm.client().wait_until_ended(job.id());
   EXPECT_EQ(ended.state(), v1::JOB_STATE_DONE);
-  EXPECT_EQ(ended.counters().results_verified(), 0u);
-  EXPECT_EQ(ended.results_unverified(), ended.counters().results_merged());
+  EXPECT_EQ(ended.counters().results_audited(), 0u);
+  EXPECT_EQ(ended.results_unaudited(), ended.counters().results_merged());
   EXPECT_TRUE(ended.one_identity());
 }
 
