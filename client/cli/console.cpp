@@ -106,7 +106,7 @@ void Console::notice(std::string_view line) const {
   const MutexLock lock(mutex_);
   if (redrawn_) {  // the line is drawn again below the notice
     std::fputs("\r\x1b[K", stderr);
-    redrawn_ = false;
+    redrawn_.reset();
   }
   write_line(stderr, wrapped(stderr, printable(line, true)));
 }
@@ -167,11 +167,11 @@ ExitCode Console::finish(ExitCode code) const {
 }
 
 void Console::redraw(std::string_view line) const {
-  const std::string text = fmt::format("\r{}\x1b[K", line);
+  std::string text = fmt::format("\r{}\x1b[K", line);
   const MutexLock lock(mutex_);
   std::fwrite(text.data(), 1, text.size(), stderr);
   std::fflush(stderr);
-  redrawn_ = true;
+  redrawn_ = std::move(text);
 }
 
 void Console::end_redraw() const {
@@ -181,9 +181,8 @@ void Console::end_redraw() const {
 
 void Console::end_redrawn() const {
   if (redrawn_) {
-    std::fputc('\n', stderr);
-    std::fflush(stderr);
-    redrawn_ = false;
+    write_line(stderr, *redrawn_);
+    redrawn_.reset();
   }
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -57,7 +58,7 @@ class Console {
 
   /// Replaces the last redrawn line (terminals only).
   void redraw(std::string_view line) const;
-  /// Ends a redrawn line, so that output continues on a new one.
+  /// Ends a redrawn line, so that output continues on a new one. The line stays, without a ^C that the terminal echoed.
   void end_redraw() const;
 
  private:
@@ -68,7 +69,7 @@ class Console {
   bool terminal_ = false;
   bool color_ = false;
   mutable Mutex mutex_;  ///< held while a line is written, so that lines do not mix
-  mutable bool redrawn_ LM_GUARDED_BY(mutex_) = false;
+  mutable std::optional<std::string> redrawn_ LM_GUARDED_BY(mutex_);  ///< the line on the screen
   /// errno of the first failed write to standard output
   mutable int write_error_ LM_GUARDED_BY(mutex_) = 0;
 };

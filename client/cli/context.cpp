@@ -60,6 +60,19 @@ void add_openjd_option(CLI::App& command, Context& context) {
       ->excludes(command.get_option("--json"));
 }
 
+std::string CommonOptions::farm_options() const {
+  const std::pair<const char*, const std::string*> options[]{{"--server", &server},
+                                                            {"--tls-ca", &caller.tls.authority},
+                                                            {"--tls-cert", &caller.tls.certificate},
+                                                            {"--tls-key", &caller.tls.key},
+                                                            {"--token-file", &caller.token_file}};
+  std::string words;
+  for (const auto& [option, value] : options) {
+    words += value->empty() ? "" : fmt::format(" {} {}", option, *value);
+  }
+  return words;
+}
+
 void add_common_options(CLI::App& command, Context& context) {
   command
       .add_option(

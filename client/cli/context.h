@@ -17,7 +17,7 @@ struct CommonOptions {
   bool json = false, openjd = false;
 
   /// Options that a suggested command needs to reach the same farm. Can be empty.
-  std::string server_words() const { return server.empty() ? "" : " --server " + server; }
+  std::string farm_options() const;
 };
 
 /// Filled while the command line is parsed. The subcommand that was given sets `run`.

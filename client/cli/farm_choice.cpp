@@ -73,6 +73,15 @@ ExitCode with_farm(const Console& console, const CommonOptions& options,
   return status.ok() ? kDone : console.fail(status);
 }
 
+std::string how_to_start_a_worker(const std::string& address, const CommonOptions& options) {
+  const std::string& authority = options.caller.tls.authority;
+  return authority.empty()
+             ? fmt::format("start one with `lightmill-worker --server {}`", address)
+             : fmt::format("make a token with `lightmill tokens create render --enrol 1 --out render.enrol{}`, and start "
+                           "one with `lightmill-worker --server {} --tls-ca {} --enrol-file render.enrol`",
+                           options.farm_options(), address, authority);
+}
+
 void ask_farm(CLI::App& command, Context& context, std::function<Status(CoordinatorClient&, const Console&)> action) {
   command.callback([&command, &context, action = std::move(action)] {
     if (!command.get_subcommands().empty()) {

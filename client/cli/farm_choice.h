@@ -28,6 +28,9 @@ Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options)
 ExitCode with_farm(const Console& console, const CommonOptions& options,
                    const std::function<Status(CoordinatorClient&)>& action);
 
+/// The commands that start a first worker, as the end of a sentence.
+std::string how_to_start_a_worker(const std::string& address, const CommonOptions& options);
+
 /// Has the command call `action` with the farm, unless one of its subcommands was given.
 void ask_farm(CLI::App& command, Context& context, std::function<Status(CoordinatorClient&, const Console&)> action);
 

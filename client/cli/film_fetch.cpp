@@ -41,6 +41,22 @@ Status denoise(FilmPicture& picture) {
   return ok_status();
 }
 
+Status check_output(const std::string& text) {
+  const fs::path path(text);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    return invalid_argument("cannot write {}: there is no folder {}", text, folder.string());
+  }
+  if (fs::is_directory(path, error)) {
+    return invalid_argument("cannot write {}: it is a folder", text);
+  }
+  if (const Status status = check_can_write(path); !status.ok()) {
+    return invalid_argument("{}", message_of(status));
+  }
+  return ok_status();
+}
+
 Status check_outputs(const std::vector<std::string>& paths) {
   std::set<fs::path> given;
   for (const std::string& text : paths) {
@@ -49,17 +65,7 @@ Status check_outputs(const std::vector<std::string>& paths) {
       return invalid_argument("-o {} is given twice: give each output once", text);
     }
     LM_RETURN_IF_ERROR(picture_format(path).status());
-    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-    std::error_code error;
-    if (!fs::is_directory(folder, error)) {
-      return invalid_argument("cannot write {}: there is no folder {}", text, folder.string());
-    }
-    if (fs::is_directory(path, error)) {
-      return invalid_argument("cannot write {}: it is a folder", text);
-    }
-    if (const Status status = check_can_write(path); !status.ok()) {
-      return invalid_argument("{}", message_of(status));
-    }
+    LM_RETURN_IF_ERROR(check_output(text));
   }
   return ok_status();
 }

@@ -23,7 +23,10 @@ struct PictureOutputs {
 /// Adds the reconstructed picture (common/film/reconstruct.h). FAILED_PRECONDITION if the film has no layer `features`.
 Status denoise(FilmPicture& picture);
 
-/// Checks that each path can be written: it ends in .exr or .png, and its folder exists and is writable.
+/// INVALID_ARGUMENT unless the file can be written.
+Status check_output(const std::string& path);
+
+/// The same for pictures: each path ends in .exr or .png, and is given once.
 Status check_outputs(const std::vector<std::string>& paths);
 
 /// Writes the picture to every path.

@@ -80,7 +80,7 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
   for (const std::filesystem::path& path : paths) {
     if (lower_ending(path) == ".exr" || lower_ending(path) == ".png") {
-      return invalid_argument("{} is a picture and no scene. -o before its name makes it an output", path.string());
+      return invalid_argument("{} is a picture, not a scene. To write it, put -o before its name", path.string());
     }
     if (!options.mtl.empty() && lower_ending(path) != ".obj") {
       return invalid_argument("--mtl applies only to OBJ files, and {} is none", path.string());

@@ -75,12 +75,11 @@ std::string end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const st
              : fmt::format("job {} could not be cancelled: {}", id, message_of(job.status()));
 }
 
-void warn_if_no_worker(const Console& console, CoordinatorClient& connection) {
+void warn_if_no_worker(const Console& console, CoordinatorClient& connection, const CommonOptions& common) {
   const Result<ListedWorkers> workers = connection.list_workers();
   if (workers.ok() && workers->items.empty()) {
-    console.notice(
-        fmt::format("no worker is connected to {}: the job waits. Start one with: lightmill-worker --server {}",
-                    connection.address(), connection.address()));
+    console.notice(fmt::format("no worker is connected to {}, so the job waits: {}", connection.address(),
+                               how_to_start_a_worker(connection.address(), common)));
   }
 }
 
@@ -107,7 +106,7 @@ Result<ExitCode> render(Context& context, const Console& console, RenderCommandO
     return console.fail(submitted.status());
   }
   if (!farm.local_farm) {
-    warn_if_no_worker(console, *farm.connection);
+    warn_if_no_worker(console, *farm.connection, context.common);
   }
   ProgressPrinter progress(console, system_clock());
   const Result<v1::Job> job = follow_job(farm, submitted->id(), false, context.signals, console,
@@ -117,7 +116,7 @@ Result<ExitCode> render(Context& context, const Console& console, RenderCommandO
     std::string message = message_of(job.status());
     if (context.signals.interrupted()) {
       message += ": " + end_interrupted(farm, submitted->id(), context.signals.interrupted_by_user(),
-                                        context.common.server_words(), checked, object);
+                                        context.common.farm_options(), checked, object);
     }
     return console.fail(make_error(job.status().code(), "{}", message), std::move(object));
   }

@@ -136,6 +136,9 @@ Chart job_chart(const v1::Job& job) {
 }
 
 Status show_job(CoordinatorClient& connection, const Console& console, const ShowOptions& options) {
+  if (!options.chart.empty()) {
+    LM_RETURN_IF_ERROR(check_output(options.chart));
+  }
   LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(connection, options.job));
   if (!options.chart.empty()) {
     LM_RETURN_IF_ERROR(

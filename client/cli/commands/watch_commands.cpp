@@ -59,7 +59,7 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
   if (!job.ok()) {
     if (context.signals.interrupted()) {
       console.notice(fmt::format("job {} continues. Follow it again with `lightmill watch {}{}`", options.job,
-                                 options.job, context.common.server_words()));
+                                 options.job, context.common.farm_options()));
     }
     return console.fail(job.status());
   }

@@ -14,16 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-/// The command that starts the first worker. `authority`: the file of --tls-ca, if connections are encrypted.
-std::string no_workers(const std::string& address, const std::string& authority) {
-  return authority.empty()
-             ? fmt::format("no workers: start one with `lightmill-worker --server {}`", address)
-             : fmt::format(
-                   "no workers: make a token with `lightmill tokens create render --enrol 1 --out render.enrol`, "
-                   "and start one with `lightmill-worker --server {} --tls-ca {} --enrol-file render.enrol`",
-                   address, authority);
-}
-
 Status list_workers(CoordinatorClient& connection, const Console& console, const CommonOptions& common,
                     bool only_wanted) {
   LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());
@@ -46,11 +36,11 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
     if (!worker.quarantine().empty()) {
       console.notice(fmt::format(
           "{} is in quarantine ({}). Check its machine, then release it with `lightmill workers release {}{}`",
-          worker.name(), worker.quarantine(), worker.name(), common.server_words()));
+          worker.name(), worker.quarantine(), worker.name(), common.farm_options()));
     }
   }
   if (workers.empty()) {
-    console.result(no_workers(connection.address(), common.caller.tls.authority));
+    console.result("no workers: " + how_to_start_a_worker(connection.address(), common));
   } else {
     Rows rows = worker_rows(workers);
     if (classes.size() > 1) {

@@ -225,7 +225,7 @@ TEST_F(FarmCliTest, RenderReportsMissingWorkersAndContinuesWhenOneConnects) {
       return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
     });
   };
-  EXPECT_TRUE(said(fmt::format("no worker is connected to {}: the job waits. Start one", server())));
+  EXPECT_TRUE(said(fmt::format("no worker is connected to {}, so the job waits: start one", server())));
   EXPECT_TRUE(said("job 1: waits for a worker: none is connected")) << "the same as in `show`";
   EXPECT_TRUE(said("--layers are written only to EXR files, and none is written: " + file("a.png")));
   BackgroundProcess worker({program("lightmill-worker"), "--threads", "1"}, file("worker.log"),

@@ -35,6 +35,7 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"submit", box, "--owner", std::string(201, 'x')},
       {"submit", box, "--name", "\xff"},
       {"show", "-1"},
+      {"show", "1", "--chart", "/nonexistent/chart.svg"},
       {"jobs", "--limit", "1", "--limit", "2"},
       {"render", box, "--size", "12"},
       {"render", box, "--size", "0x4"},

@@ -73,6 +73,15 @@ TEST(Console, KeepsTheLinesOfTwoThreadsApart) {
   EXPECT_EQ(notices, 1000);
 }
 
+TEST(Console, RestoresTheRedrawnLineAtItsEnd) {
+  const Console console(false);
+  ::testing::internal::CaptureStderr();
+  console.redraw("10%");
+  std::fputs("^C", stderr);  // the terminal's echo
+  (void)console.fail(invalid_argument("interrupted"));
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "\r10%\x1b[K^C\r10%\x1b[K\nlightmill: interrupted\n");
+}
+
 v1::WatchJobResponse message(int x, int y, int width, int height, float value) {
   v1::WatchJobResponse response;
   v1::PixelRect* crop = response.mutable_job()->mutable_crop();
