@@ -235,7 +235,7 @@ void add_use_limits(CLI::App& app, ServerOptions& options) {
             "a connection of --http that is silent for this time is closed");
 }
 
-/// What is kept, and for how long.
+/// Limits of jobs, log entries and disk space.
 void add_keeping_options(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
             "ended jobs are deleted after this time; 0: never");

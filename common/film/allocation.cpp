@@ -16,40 +16,40 @@ double error_factor(int shift) {
 }
 
 /// One doubling of a tile's samples. `worth`: reduction of the frame's error over the added cost.
-struct Step {
+struct Doubling {
   std::size_t tile;
   int from;  ///< shift
   double worth;
 };
 
-/// Steps of all tiles, from the least shift up to `most`, best first. Each step of a tile is worth less than the one
-/// before. Among equals, tiles with the least shift come first.
-std::vector<Step> steps_of(std::span<const TileNoise> tiles, int most) {
+/// Doublings of all tiles, from the least shift up to `most`, best first. Each doubling of a tile is worth less than
+/// the one before. Among equals, tiles with the least shift come first.
+std::vector<Doubling> doublings_of(std::span<const TileNoise> tiles, int most) {
   constexpr double kLeastCost = 1e-300;  // a tile may cost nothing
-  std::vector<Step> steps;
+  std::vector<Doubling> doublings;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     for (int shift = Allocation::kLeastShift; shift < most; ++shift) {
       const double gained = tiles[i].variance * (error_factor(shift) - error_factor(shift + 1));
-      steps.push_back({i, shift, gained / std::max(std::ldexp(tiles[i].cost, shift), kLeastCost)});
+      doublings.push_back({i, shift, gained / std::max(std::ldexp(tiles[i].cost, shift), kLeastCost)});
     }
   }
-  std::ranges::sort(steps, {}, [](const Step& step) { return std::tuple(-step.worth, step.from, step.tile); });
-  return steps;
+  std::ranges::sort(doublings, {}, [](const Doubling& each) { return std::tuple(-each.worth, each.from, each.tile); });
+  return doublings;
 }
 
-/// All tiles start with the least shift. The budget is one sample per pixel on average. The best steps are taken while
-/// they fit into it.
+/// All tiles start with the least shift. The budget is one sample per pixel on average. The best doublings are taken
+/// while they fit into it.
 std::vector<std::int8_t> one_on_average(std::span<const TileNoise> tiles, int most) {
   std::vector<std::int8_t> shifts(tiles.size(), Allocation::kLeastShift);
   double left = 0;  // in pixel samples; exact, as multiples of 2^kLeastShift
   for (const TileNoise& tile : tiles) {
     left += tile.pixels - std::ldexp(tile.pixels, Allocation::kLeastShift);
   }
-  for (const Step& step : steps_of(tiles, most)) {
-    const double more = std::ldexp(tiles[step.tile].pixels, step.from);
-    if (shifts[step.tile] == step.from && more <= left) {
+  for (const Doubling& doubling : doublings_of(tiles, most)) {
+    const double more = std::ldexp(tiles[doubling.tile].pixels, doubling.from);
+    if (shifts[doubling.tile] == doubling.from && more <= left) {
       left -= more;
-      ++shifts[step.tile];
+      ++shifts[doubling.tile];
     }
   }
   return shifts;

@@ -77,7 +77,7 @@ ConnectionLimiter::Arrival ConnectionLimiter::arrive(const std::string& peer, Ti
   peers_[peer] = arrival.id;
   change(key, [&](Address& address) { address.waiting.insert(arrival.id); });
   if (arrival.decision == Decision::serve) {
-    turn(arrival.id, State::served, now + kPatience);
+    set_state(arrival.id, State::served, now + kPatience);
   }
   return arrival;
 }
@@ -107,7 +107,7 @@ bool ConnectionLimiter::end_for(Arrival& arrival, Id id) {
     return false;
   }
   arrival.end = id;
-  turn(id, State::ending);
+  set_state(id, State::ending);
   return true;
 }
 
@@ -119,7 +119,7 @@ void ConnectionLimiter::leave(Id id) {
 
 void ConnectionLimiter::take_out(Id id) {
   const auto found = entries_.find(id);
-  turn(id, State::ending);
+  set_state(id, State::ending);
   if (const auto peer = peers_.find(found->second.peer); peer != peers_.end() && peer->second == id) {
     peers_.erase(peer);
   }
@@ -127,7 +127,7 @@ void ConnectionLimiter::take_out(Id id) {
 }
 
 /// Changes the state of a connection, and the counters. `until`: end of the time of a served unknown connection.
-void ConnectionLimiter::turn(Id id, State to, Time until) {
+void ConnectionLimiter::set_state(Id id, State to, Time until) {
   Entry& entry = entries_.at(id);
   change(entry.address, [&](Address& address) {
     address.waiting.erase(id);
@@ -163,7 +163,7 @@ Status ConnectionLimiter::set_caller(const std::string& peer, const Identity& ca
     return resource_exhausted("this port accepts {} connections from one caller: close some, or try again later",
                               most_of(caller));
   }
-  turn(found->second, State::known);
+  set_state(found->second, State::known);
   entry.caller = caller_key(caller, peer);
   ++callers_[entry.caller];
   return ok_status();
@@ -172,7 +172,7 @@ Status ConnectionLimiter::set_caller(const std::string& peer, const Identity& ca
 void ConnectionLimiter::clear_caller(const std::string& peer, Time now) {
   const auto found = peers_.find(peer);
   if (found != peers_.end() && entries_.at(found->second).state == State::known) {
-    turn(found->second, State::served, now);
+    set_state(found->second, State::served, now);
   }
 }
 
@@ -193,10 +193,10 @@ ConnectionLimiter::Changes ConnectionLimiter::update(Time now) {
           break;
         }
         changes.end.push_back(longest);
-        turn(longest, State::ending);
+        set_state(longest, State::ending);
       }
       changes.serve.push_back(*address.waiting.rbegin());
-      turn(changes.serve.back(), State::served, now + kPatience);
+      set_state(changes.serve.back(), State::served, now + kPatience);
     }
   }
   return changes;

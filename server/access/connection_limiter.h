@@ -94,7 +94,7 @@ class ConnectionLimiter {
   void change(const std::string& address, const Change& change);
   bool make_room(const std::string& address, Arrival& arrival);
   bool end_for(Arrival& arrival, Id id);
-  void turn(Id id, State to, Time until = {});
+  void set_state(Id id, State to, Time until = {});
   void take_out(Id id);
 
   const std::size_t most_;

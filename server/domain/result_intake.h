@@ -39,7 +39,7 @@ class ResultIntake {
   void merge(Job& job, const Renderer& by, WorkerResult result, bool late, const Event& event);
   /// Whether the worker has an open lease that wants this tile.
   bool is_granted(const std::string& worker, const WorkerResult& result) const;
-  /// What the worker says, as far as it is possible. 0 if the result is not granted now.
+  /// CPU seconds that the worker reports, as far as they are possible. 0 if the result is not granted now.
   double seconds_that_count(const std::string& worker, const WorkerResult& result, Time now) const;
   /// Adds the cost of the result to its job and its worker.
   void count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event);

@@ -1,4 +1,4 @@
-// What a store keeps: records, the writes that change them, and the state that it returns.
+// Records of a store, the writes that change them, and the state that it returns.
 #pragma once
 
 #include <memory>

@@ -82,10 +82,7 @@ std::string span_text(std::int64_t seconds) {
   const auto [unit, name] = seconds >= 2 * kDay    ? std::pair(kDay, "day")
                             : seconds >= 2 * kHour ? std::pair(kHour, "hour")
                                                    : std::pair(std::int64_t{60}, "minute");
-  return counted(static_cast<std::size_t>((std::max<std::int64_t>(seconds, 0) + unit / 2) / unit), unit == kDay ? "day"
-                                                                                                   : unit == kHour
-                                                                                                       ? "hour"
-                                                                                                       : "minute");
+  return counted(static_cast<std::size_t>((std::max<std::int64_t>(seconds, 0) + unit / 2) / unit), name);
 }
 
 /// "created: roles view, submit, valid for 30 days". A date would be in the coordinator's time zone.

@@ -107,8 +107,8 @@ bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update
   const std::uint32_t count = film.grid().picture_tiles();
   watcher.sent_tiles.resize(count);
   Round& round = rounds_[watcher.job];
-  const std::uint32_t turn = round.number * kGoldenSection;  // as a fraction of 2^32
-  const auto start = static_cast<std::uint32_t>((std::uint64_t{turn} * count) >> 32);
+  const std::uint32_t offset = round.number * kGoldenSection;  // as a fraction of 2^32
+  const auto start = static_cast<std::uint32_t>((std::uint64_t{offset} * count) >> 32);
   for (std::uint32_t i = 0; i < count; ++i) {
     const TileId tile{(start + i) % count};
     const std::uint64_t version = film.version(tile);

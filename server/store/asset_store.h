@@ -28,7 +28,7 @@ inline constexpr std::uint64_t kBytesOfFile = 4096;
 /// The user that the uploads of all workers count for. Together they may have half as much as a user.
 inline constexpr std::string_view kUploadsOfWorkers = "(workers)";
 
-/// What AssetStore::attribute() does with an asset that exceeds its user's limit.
+/// Treatment of an asset that exceeds its user's limit, by AssetStore::attribute().
 enum class UserLimit {
   enforced,
   ignored,  ///< the asset was accepted before

@@ -8,7 +8,7 @@ namespace lightmill::stored {
 namespace {
 
 constexpr std::string_view kPlace = "job = $1 AND tile = $2 AND level = $3 AND range_index = $4";
-/// What count_row() reads.
+/// Columns that count_row() reads.
 constexpr std::string_view kNode = "job, tile, level, range_index, hash",
                            kResult = "job, tile, level, range_index, checksum";
 

@@ -17,7 +17,7 @@ struct HttpCredentials {
   std::string cookie;                        ///< the secret in the cookie; empty: none
 };
 
-/// What determines the cookie's name and flags.
+/// Properties of a request that determine the cookie's name and flags.
 struct CookieScope {
   std::string host;     ///< of the request: HOST:PORT
   bool secure = false;  ///< the browser's connection is encrypted

@@ -42,7 +42,7 @@ struct ApiRequest {
 /// Runs a slow function on another thread. Drops it when the web server ends. Thread-safe.
 using OnSideThread = std::function<void(std::function<void()>)>;
 
-/// What the API uses.
+/// Parts of the coordinator that the API uses.
 struct ApiParts {
   Runtime& runtime;
   HttpAuthenticator& authenticator;

@@ -9,7 +9,7 @@
 
 namespace lightmill {
 
-/// What a request says about its origin. Empty if it has no such header.
+/// Headers that state a request's origin. Empty if it has no such header.
 struct RequestOrigin {
   std::string_view host;        ///< Host
   std::string_view origin;      ///< Origin: browsers send it with every POST and WebSocket

@@ -78,7 +78,7 @@ class LeaveMs {
   const std::string before_;
 };
 
-/// What a shell with these commands writes until the end of its scope. It begins with "ready".
+/// Output of a shell with these commands until the end of its scope. It begins with "ready".
 std::string written_by(const std::string& commands, bool stopped) {
   const TemporaryFolder folder;
   const std::filesystem::path log = folder.path() / "log";

@@ -32,7 +32,7 @@ enum class DracoMethod { sequential, edgebreaker };
 /// compression). Stops the program if it fails.
 std::string draco_file(const DracoSource& source, DracoMethod method, int speed = 5);
 
-/// What asks for all of it.
+/// A request for all of its attributes.
 MeshRequest request_for(const DracoSource& source);
 
 /// A bumpy grid of `side`² vertices. Positions, normals, texture coordinates and weights are floats, colours bytes, joints

@@ -9,7 +9,7 @@
 
 namespace lightmill::photons {
 
-/// What the photons of a method bring, and the defaults of their passes.
+/// The light that the photons of a method bring, and the defaults of their passes.
 struct PhotonKind {
   bool caustic;                     ///< only light that goes via casters to a receiver; else all that surfaces receive
   std::uint32_t pixels_per_photon;  ///< of the film, by default

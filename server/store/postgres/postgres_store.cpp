@@ -58,7 +58,7 @@ Result<FilmPiece> read_nodes(Session& session, JobId job, const FilmPosition& af
   return piece;
 }
 
-/// What load() reads.
+/// Result of load().
 struct Loaded {
   StoredState state;
   stored::RowSums found, written;

@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-/// What a logger writes to a terminal as standard error.
+/// Bytes that a logger writes to a terminal as standard error.
 std::string line_in_a_terminal(const std::string& program) {
   int terminal = -1, side = -1;
   EXPECT_EQ(::openpty(&terminal, &side, nullptr, nullptr, nullptr), 0);

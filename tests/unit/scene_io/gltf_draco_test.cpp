@@ -326,7 +326,7 @@ TEST(GltfDraco, DamagedBytesGiveAnErrorWithItsPlaceOrAMesh) {
   EXPECT_GT(errors, 20);
 }
 
-// What another machine may answer is no fault of the file.
+// Errors of a machine are not errors of the file.
 TEST(GltfDraco, ErrorsKeepTheirCode) {
   const CompressedFile file = compressed(draco_grid(2), kStill);
   for (const StatusCode code :

@@ -95,6 +95,7 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   EXPECT_FALSE(failures.contains("")) << failures[""];
   EXPECT_NE(failures["light:key"].find("80 tiles"), std::string::npos) << failures["light:key"];
   EXPECT_NE(failures["light:rest"].find("80 tiles"), std::string::npos) << failures["light:rest"];
+  EXPECT_NE(failures["light:rest"].find("It appears when those pages are closed."), std::string::npos);
   bool has_job = false;
   for (const v1::ViewUpdate& message : second.messages) {
     EXPECT_EQ(message.job_failure(), "");
@@ -125,6 +126,7 @@ TEST_F(LiveHubTest, ATooLargePictureIsNotShownButItsJobIs) {
     settle();
   }
   EXPECT_NE(layer_failures(page)[""].find("33024 tiles"), std::string::npos) << layer_failures(page)[""];
+  EXPECT_EQ(layer_failures(page)[""].find("It appears when"), std::string::npos) << layer_failures(page)[""];
   EXPECT_EQ(page.messages.front().job_failure(), "");
   bool has_job = false;
   for (const v1::ViewUpdate& message : page.messages) {
