@@ -227,7 +227,7 @@ void add_use_limits(CLI::App& app, ServerOptions& options) {
             "autoscalers");
   add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000},
             "asset transfers of all callers; fewer if the process may open few files");
-  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0}, "memory for messages in transit")
+  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kMinWireGib, 65536.0}, "memory for messages in transit")
       ->default_str("4, or an eighth of the memory that the coordinator may use");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
             "connected workers. Further ones are refused, and try again");

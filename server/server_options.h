@@ -14,7 +14,7 @@
 
 namespace lightmill {
 
-inline constexpr double kLeastWireGib = 0.0625;  ///< room for a few messages
+inline constexpr double kMinWireGib = 0.0625;  ///< room for a few messages
 
 struct ServerOptions {
   std::string data;
@@ -41,7 +41,7 @@ struct ServerOptions {
   std::uint32_t max_jobs = 10'000, user_jobs = 2'000;
   std::int32_t user_priority = 10;
   CallLimitOptions calls;
-  double wire_gib = std::max(share_of_memory_gib(1.0 / 8, 4), kLeastWireGib);
+  double wire_gib = std::max(share_of_memory_gib(1.0 / 8, 4), kMinWireGib);
   std::uint32_t max_workers = 10'000;
   double http_seconds = 30;
   double keep_days = 90, reserve_gib = 0.25;

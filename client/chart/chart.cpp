@@ -11,9 +11,9 @@ namespace {
 
 constexpr int kLeft = 74, kRight = 18, kTitleHeight = 30, kAxisHeight = 44, kLegendRow = 20;
 constexpr double kRoom = 0.06;        // of the range, at both ends
-constexpr double kLeastSpan = 0.5;    // decades that an axis shows
+constexpr double kMinSpan = 0.5;    // decades that an axis shows
 constexpr double kFineDecades = 1.7;  // decades; below this, 2 and 5 are labelled
-constexpr int kMostTicks = 8;         // labelled powers of ten
+constexpr int kMaxTicks = 8;         // labelled powers of ten
 constexpr double kLetterWidth = 6.6;  // width of 12 px text, rounded up
 constexpr double kMarkRadius = 3.5;
 
@@ -193,10 +193,10 @@ double LogAxis::place(double value) const {
 
 LogAxis make_log_axis(double least, double most) {
   double low = std::log10(least), high = std::log10(most);
-  if (high - low < kLeastSpan) {
+  if (high - low < kMinSpan) {
     const double middle = (low + high) / 2;
-    low = middle - kLeastSpan / 2;
-    high = middle + kLeastSpan / 2;
+    low = middle - kMinSpan / 2;
+    high = middle + kMinSpan / 2;
   }
   const double span = high - low;
   LogAxis axis;
@@ -204,7 +204,7 @@ LogAxis make_log_axis(double least, double most) {
   axis.high = std::pow(10, high + kRoom * span);
   const int first = static_cast<int>(std::floor(std::log10(axis.low)));
   const int last = static_cast<int>(std::ceil(std::log10(axis.high)));
-  const int step = 1 + (last - first) / kMostTicks;
+  const int step = 1 + (last - first) / kMaxTicks;
   for (int power = first; power <= last; ++power) {
     for (int digit = 1; digit <= 9; ++digit) {
       const double value = digit * std::pow(10, power);

@@ -147,7 +147,7 @@ void explain_measures(const Console& console) {
 
 void explain_methods(const Console& console) {
   Rows rows{{"METHOD", "SHOWS", "PARAMETERS"}};
-  for (const MethodAbout& about : method_abouts()) {
+  for (const MethodDescription& about : method_descriptions()) {
     std::string parameters(about.parameters);  // all have brute-force as the last one; the second table says so
     parameters.erase(std::min(parameters.rfind(", brute-force"), parameters.rfind("brute-force")));
     rows.push_back({std::string(about.name), std::string(about.summary), std::move(parameters)});

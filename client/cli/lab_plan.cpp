@@ -11,7 +11,7 @@ namespace lightmill::cli {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t kMostExperimentBytes = 16 << 20;
+constexpr std::uint64_t kMaxExperimentBytes = 16 << 20;
 /// Raised when the meaning of a result changes.
 constexpr const char* kResultVersion = "lightmill-lab-1";
 
@@ -57,7 +57,7 @@ Result<LabSceneJob> prepare(const lab::LabScene& scene, const lab::Experiment& e
 /// Reads the pictures of other programs, and gives each its level.
 Status add_others(LabPlan& plan) {
   const std::string& file = plan.experiment.others;
-  const Result<std::string> text = read_file(file, kMostExperimentBytes);
+  const Result<std::string> text = read_file(file, kMaxExperimentBytes);
   LM_RETURN_IF_ERROR(as_input_error(text.status()));
   Result<std::vector<lab::OtherPicture>> pictures = lab::parse_others(*text, fs::path(file).parent_path());
   LM_RETURN_IF_ERROR(with_context(pictures.status(), file));
@@ -181,7 +181,7 @@ std::vector<std::string> LabPlan::wanted(const lab::ResultSet& results) const {
 }
 
 Result<LabPlan> make_lab_plan(const std::string& experiment_file, Signals& signals) {
-  const Result<std::string> text = read_file(experiment_file, kMostExperimentBytes);
+  const Result<std::string> text = read_file(experiment_file, kMaxExperimentBytes);
   if (!text.ok()) {
     return as_input_error(text.status());
   }

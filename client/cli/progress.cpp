@@ -20,7 +20,7 @@ constexpr Duration kPlainAtLeastEvery = std::chrono::seconds(10);
 constexpr Duration kPlainAtMostEvery = std::chrono::seconds(1);
 constexpr double kPlainStep = 0.1;
 // The error may seem to have reached its goal before it is checked.
-constexpr double kMostBeforeTheEnd = 0.99;
+constexpr double kMaxBeforeTheEnd = 0.99;
 
 std::string bar(double fraction, int columns, bool color) {
   const int filled = static_cast<int>(std::floor(fraction * columns));
@@ -84,7 +84,7 @@ double fraction_done(const v1::Job& job) {
   }
   if (job.goal().error() > 0 && job.has_error() && !has_ended(job.state())) {
     // Errors fall as 1/samples.
-    fraction = std::max(fraction, std::min(job.goal().error() / stated_error(job), kMostBeforeTheEnd));
+    fraction = std::max(fraction, std::min(job.goal().error() / stated_error(job), kMaxBeforeTheEnd));
   }
   return std::clamp(fraction, 0.0, 1.0);
 }
@@ -201,9 +201,9 @@ std::string samples_count(const v1::Job& job) {
 }
 
 std::string short_samples_count(const v1::Job& job) {
-  constexpr std::uint64_t kMostDigits = 100'000;
+  constexpr std::uint64_t kMaxDigits = 100'000;
   const auto text = [](std::uint64_t count) {
-    return count < kMostDigits ? std::to_string(count) : human_count(static_cast<double>(count));
+    return count < kMaxDigits ? std::to_string(count) : human_count(static_cast<double>(count));
   };
   return job.goal().samples() > 0 ? fmt::format("{}/{}", text(job.frame_samples()), text(job.goal().samples()))
                                   : text(job.frame_samples());

@@ -138,7 +138,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
           "--max-bounces", settings.max_bounces,
           "limit of scatterings of a light path (default: 1000; whitted: 128). Only dense white fog reaches the default")
       ->type_name("N")
-      ->check(whole_number(1, kMostBounces));
+      ->check(whole_number(1, kMaxBounces));
   command.add_option("--seed", settings.seed, "the same seed gives the same picture, bit for bit")
       ->type_name("S")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
@@ -195,7 +195,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
                                             meters == 1 ? "meter" : fmt::format("{} meters", meters), spec.name));
   }
   const bool scatters = spec.name == "path" || spec.name == kAutoMethod;
-  const std::uint32_t longest_path = settings.max_bounces > 0 ? settings.max_bounces : kMaxBounces;
+  const std::uint32_t longest_path = settings.max_bounces > 0 ? settings.max_bounces : kDefaultBounces;
   append_notices(picture_notices(job.scene, method_needs_light(spec.name), scatters ? longest_path : 0),
                  job.scene.notices);
   settings.renderer_version = kRendererVersion;

@@ -16,10 +16,10 @@ constexpr int kGap = 2;
 /// Indentation of a row's further lines.
 constexpr int kIndent = 4;
 /// A column is not wrapped to less, unless it is alone in its block.
-constexpr int kLeastWrapped = 24;
+constexpr int kMinWrapped = 24;
 
 /// A cell is not shortened to less.
-constexpr int kLeastShortened = 16;
+constexpr int kMinShortened = 16;
 
 /// Columns side by side, with their widths.
 struct Block {
@@ -49,7 +49,7 @@ std::vector<Widths> widths_of(const Rows& rows) {
     }
   }
   for (Widths& each : widths) {
-    each.least = std::max(each.least, std::min(each.all, kLeastWrapped));
+    each.least = std::max(each.least, std::min(each.all, kMinWrapped));
   }
   return widths;
 }
@@ -80,7 +80,7 @@ std::vector<Block> layout(const std::vector<Widths>& widths, int width) {
   }
   const int over = width > 0 ? width_of(all) - width : 0;
   if (const auto widest = std::ranges::max_element(all.columns, {}, &std::pair<std::size_t, int>::second);
-      over <= 0 || widest->second - over >= kLeastWrapped) {
+      over <= 0 || widest->second - over >= kMinWrapped) {
     if (over > 0) {
       widest->second -= over;
     }
@@ -154,7 +154,7 @@ bool keeps_first(const std::vector<Widths>& widths, int width) {
 int least_width(const std::vector<Widths>& widths, std::size_t columns, bool keeps_first) {
   int width = -kGap;
   for (std::size_t i = 0; i < columns; ++i) {
-    width += kGap + (i == 0 && keeps_first ? widths[i].all : std::min(widths[i].all, kLeastShortened));
+    width += kGap + (i == 0 && keeps_first ? widths[i].all : std::min(widths[i].all, kMinShortened));
   }
   return width;
 }

@@ -168,17 +168,17 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
 
   const Rows job_table = job_rows(jobs), worker_table = worker_rows(workers);
   // Each table gets the rows that the other leaves, and at least half.
-  constexpr std::size_t kLeast = 2;  // a header, and one row or the number of rows
+  constexpr std::size_t kMin = 2;  // a header, and one row or the number of rows
   std::optional<std::size_t> most_jobs, most_workers;
   if (rows > 0) {
     const std::size_t blank = 2;
     const std::size_t used = lines.size() + blank;
-    const std::size_t room = std::max(static_cast<std::size_t>(rows) > used ? rows - used : 0, 2 * kLeast);
+    const std::size_t room = std::max(static_cast<std::size_t>(rows) > used ? rows - used : 0, 2 * kMin);
     const std::size_t half = room / 2;
     const auto lines_of = [&](const Rows& table) {
       return table.size() == 1 ? 1 : table.size() + (hidden_columns(table, columns).empty() ? 0 : 1);
     };
-    most_jobs = std::min(lines_of(job_table), std::max(half, room - std::min(room - kLeast, lines_of(worker_table))));
+    most_jobs = std::min(lines_of(job_table), std::max(half, room - std::min(room - kMin, lines_of(worker_table))));
     most_workers = std::min(lines_of(worker_table), room - *most_jobs);
   }
   if (!jobs.empty()) {

@@ -14,10 +14,10 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxLabSamples = std::uint64_t{1} << 30;
 constexpr std::uint64_t kDefaultMaxSamples = 65'536;
-constexpr std::size_t kMostItems = 1000;
-constexpr int kMostPixels = 16'384;  // on a side
+constexpr std::size_t kMaxItems = 1000;
+constexpr int kMaxSide = 16'384;  // on a side
 
 Status check_keys(const json& object, const std::string& place, const std::set<std::string>& known) {
   if (!object.is_object()) {
@@ -56,8 +56,8 @@ Result<std::string> text_of(const json& value, const std::string& place) {
 /// The items of a non-empty array, each read by `read(item, place)`.
 template <class T, class Read>
 Result<std::vector<T>> list_of(const json& value, const std::string& place, const Read& read) {
-  if (!value.is_array() || value.empty() || value.size() > kMostItems) {
-    return invalid_argument("{}: must be a list of 1 to {} items", place, kMostItems);
+  if (!value.is_array() || value.empty() || value.size() > kMaxItems) {
+    return invalid_argument("{}: must be a list of 1 to {} items", place, kMaxItems);
   }
   std::vector<T> items;
   for (const json& item : value) {
@@ -84,7 +84,7 @@ Result<Reference> read_reference(const json& value, const std::string& place, co
   }
   LM_ASSIGN_OR_RETURN(reference.method, text_of(value["method"], place + ".method"));
   if (value.contains("samples")) {
-    LM_ASSIGN_OR_RETURN(reference.samples, whole(value["samples"], place + ".samples", 1, kMostSamples));
+    LM_ASSIGN_OR_RETURN(reference.samples, whole(value["samples"], place + ".samples", 1, kMaxLabSamples));
   } else {
     LM_ASSIGN_OR_RETURN(reference.error, positive(value["error"], place + ".error"));
   }
@@ -143,7 +143,7 @@ Result<LabScene> read_scene(const json& value, const std::string& place, const f
 
 Result<std::vector<std::uint64_t>> read_seeds(const json& value) {
   if (!value.is_array()) {
-    LM_ASSIGN_OR_RETURN(const std::uint64_t count, whole(value, "seeds", 1, kMostItems));
+    LM_ASSIGN_OR_RETURN(const std::uint64_t count, whole(value, "seeds", 1, kMaxItems));
     std::vector<std::uint64_t> seeds(count);
     std::iota(seeds.begin(), seeds.end(), std::uint64_t{1});
     return seeds;
@@ -161,7 +161,7 @@ Status read_levels(const json& document, Experiment& experiment) {
   if (document.contains("samples")) {
     LM_ASSIGN_OR_RETURN(experiment.samples, list_of<std::uint64_t>(document["samples"], "samples",
                                                                    [](const json& item, const std::string& place) {
-                                                                     return whole(item, place, 1, kMostSamples);
+                                                                     return whole(item, place, 1, kMaxLabSamples);
                                                                    }));
     if (std::ranges::adjacent_find(experiment.samples, std::greater_equal<>()) != experiment.samples.end()) {
       return invalid_argument("samples: must ascend");
@@ -177,7 +177,7 @@ Status read_levels(const json& document, Experiment& experiment) {
   }
   experiment.max_samples = kDefaultMaxSamples;
   if (document.contains("max_samples")) {
-    LM_ASSIGN_OR_RETURN(experiment.max_samples, whole(document["max_samples"], "max_samples", 1, kMostSamples));
+    LM_ASSIGN_OR_RETURN(experiment.max_samples, whole(document["max_samples"], "max_samples", 1, kMaxLabSamples));
   }
   return ok_status();
 }
@@ -247,8 +247,8 @@ Result<Experiment> parse_experiment(std::string_view text, const fs::path& folde
     return invalid_argument("width and height: give both or none");
   }
   if (document.contains("width")) {
-    LM_ASSIGN_OR_RETURN(const std::uint64_t width, whole(document["width"], "width", 1, kMostPixels));
-    LM_ASSIGN_OR_RETURN(const std::uint64_t height, whole(document["height"], "height", 1, kMostPixels));
+    LM_ASSIGN_OR_RETURN(const std::uint64_t width, whole(document["width"], "width", 1, kMaxSide));
+    LM_ASSIGN_OR_RETURN(const std::uint64_t height, whole(document["height"], "height", 1, kMaxSide));
     experiment.width = static_cast<int>(width);
     experiment.height = static_cast<int>(height);
   }
@@ -276,7 +276,7 @@ Result<std::vector<OtherPicture>> parse_others(std::string_view text, const fs::
     LM_ASSIGN_OR_RETURN(other.scene, text_of(object["scene"], place + ".scene"));
     LM_ASSIGN_OR_RETURN(other.method, text_of(object["method"], place + ".method"));
     LM_ASSIGN_OR_RETURN(other.seed, whole(object["seed"], place + ".seed", 0, ~std::uint64_t{0}));
-    LM_ASSIGN_OR_RETURN(other.samples, whole(object["samples"], place + ".samples", 1, kMostSamples));
+    LM_ASSIGN_OR_RETURN(other.samples, whole(object["samples"], place + ".samples", 1, kMaxLabSamples));
     LM_ASSIGN_OR_RETURN(other.seconds, positive(object["seconds"], place + ".seconds"));
     if (object.contains("wall")) {
       LM_ASSIGN_OR_RETURN(other.wall, positive(object["wall"], place + ".wall"));

@@ -97,9 +97,9 @@ void stay_within_group_memory() {
 }
 
 double share_of_memory_gib(double share, double most, const fs::path& root) {
-  constexpr double kLeast = 0.001;  // the least value that the options accept
+  constexpr double kMin = 0.001;  // the least value that the options accept
   const std::uint64_t bytes = usable_memory(root);
-  return bytes == 0 ? most : std::clamp(share * static_cast<double>(bytes) / (1 << 30), kLeast, most);
+  return bytes == 0 ? most : std::clamp(share * static_cast<double>(bytes) / (1 << 30), kMin, most);
 }
 
 std::uint64_t raise_file_limit() {

@@ -31,8 +31,8 @@ Character first_character(std::string_view text) {
     }
     code = code << 6 | (byte(i) & 0x3f);
   }
-  constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};
-  if (code < kLeast[bytes] || code > 0x10ffff || (code >= 0xd800 && code <= 0xdfff)) {
+  constexpr std::array<char32_t, 5> kMin{0, 0, 0x80, 0x800, 0x10000};
+  if (code < kMin[bytes] || code > 0x10ffff || (code >= 0xd800 && code <= 0xdfff)) {
     return {lead, 1, false};
   }
   return {code, bytes, true};
@@ -109,7 +109,7 @@ std::string json_text(std::string_view text) {
 }
 
 std::string library_text(std::string_view text) {
-  constexpr std::size_t kMostBytes = 400;
+  constexpr std::size_t kMaxBytes = 400;
   constexpr std::string_view kBlanks = " \t\r\n";
   std::string line;
   while (!text.empty()) {
@@ -122,7 +122,7 @@ std::string library_text(std::string_view text) {
       line.append(line.empty() ? "" : "; ").append(part);
     }
   }
-  return cut_text(printable(line), kMostBytes);
+  return cut_text(printable(line), kMaxBytes);
 }
 
 std::string cut_text(std::string text, std::size_t most_bytes) {

@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int kLeastWrappedColumns = 20;
+constexpr int kMinWrappedColumns = 20;
 
 /// The C library's tables for Unicode, whatever locale the user has. Without them (a system that lacks C.UTF-8) each
 /// character counts as one column.
@@ -162,7 +162,7 @@ std::vector<std::string> wrap_sentences(std::string_view text, int columns) {
 }
 
 std::string wrap_lines(std::string_view text, int columns) {
-  if (columns < kLeastWrappedColumns) {
+  if (columns < kMinWrappedColumns) {
     return std::string(text);
   }
   std::string lines;

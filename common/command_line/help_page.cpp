@@ -12,8 +12,8 @@ namespace lightmill {
 namespace {
 
 /// Longer lines are hard to read.
-constexpr int kMostColumns = 100;
-constexpr int kLeastColumns = 40;
+constexpr int kMaxColumns = 100;
+constexpr int kMinColumns = 40;
 
 constexpr std::string_view kNoBreak = "\u00a0";
 
@@ -196,14 +196,14 @@ class HelpFormatter final : public CLI::FormatterBase {
 
 int columns_for_terminal() {
   const int columns = terminal_columns(STDOUT_FILENO);
-  return columns == 0 ? kMostColumns : columns;
+  return columns == 0 ? kMaxColumns : columns;
 }
 
 }  // namespace
 
 std::string wrapped_text(std::string_view text, int columns) {
   std::string page;
-  add_text(text, std::clamp(columns, kLeastColumns, kMostColumns), page);
+  add_text(text, std::clamp(columns, kMinColumns, kMaxColumns), page);
   return page;
 }
 
@@ -230,7 +230,7 @@ std::string usage_of(const CommandDoc& command) {
 }
 
 std::string help_page(const CommandDoc& command, int columns) {
-  columns = std::clamp(columns, kLeastColumns, kMostColumns);
+  columns = std::clamp(columns, kMinColumns, kMaxColumns);
   std::string page;
   add_text(command.about, columns, page);
   page += "\n";

@@ -48,7 +48,7 @@ Sha256 render_digest(const RenderSettings& settings, const std::string& fingerpr
 
 /// About 30 years, far below the range of the clock's 64-bit nanoseconds.
 inline constexpr double kMaxGoalSeconds = 1e9;
-inline constexpr double kLeastGoalError = 1e-12;  ///< the least relMSE that single precision can tell from 0
+inline constexpr double kMinGoalError = 1e-12;  ///< the least relMSE that single precision can tell from 0
 
 /// Limits of a job. At least one is set. The job ends at the first that it reaches.
 struct Goal {

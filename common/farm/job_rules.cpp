@@ -36,13 +36,13 @@ Status check_goal_seconds(double seconds) {
 }
 
 Status check_goal_error(double error) {
-  return error >= kLeastGoalError && std::isfinite(error)
+  return error >= kMinGoalError && std::isfinite(error)
              ? ok_status()
-             : invalid_argument("must be finite and at least {:g}, got {}", kLeastGoalError, error);
+             : invalid_argument("must be finite and at least {:g}, got {}", kMinGoalError, error);
 }
 
 std::uint64_t most_samples(const Goal& goal) {
-  return kMaxSamples >> (goal.adaptive ? Allocation::kMostShift : 0);
+  return kMaxSamples >> (goal.adaptive ? Allocation::kMaxShift : 0);
 }
 
 Status check_goal(const Goal& goal) {

@@ -29,7 +29,7 @@ FilmOutline::FilmOutline(const TileGrid& grid, const NodeLayout& layout, Allocat
   }
 }
 
-bool FilmOutline::has_just(std::uint64_t frame_samples) const {
+bool FilmOutline::has_exactly(std::uint64_t frame_samples) const {
   if (this->frame_samples() != frame_samples) {
     return false;
   }

@@ -65,7 +65,7 @@ class FilmOutline {
   /// Pixel samples of the film at this frame count.
   std::uint64_t pixel_samples_at(std::uint64_t frame_samples) const;
   /// Whether every tile has exactly its share of this frame count. O(1) if the frame has another count.
-  bool has_just(std::uint64_t frame_samples) const;
+  bool has_exactly(std::uint64_t frame_samples) const;
 
  protected:
   /// Position of the first node that ends after sample `first`.

@@ -16,7 +16,7 @@ constexpr int kPatch = 2;   ///< radius of the patches whose similarity weighs a
 constexpr int kSide = 2 * kRadius + 1;
 constexpr int kOffsets = kSide * kSide;  ///< pixels of a window
 constexpr int kTerms = kFeatures + 1;    ///< of a model: its value at the center, and slopes
-constexpr float kLeastWeight = 1e-3f;    ///< smaller ones count as 0
+constexpr float kMinWeight = 1e-3f;    ///< smaller ones count as 0
 constexpr float kOwnWeight = 0.3f;       ///< of a pixel's mean, beside the models
 constexpr float kRidge = 2e-3f;          ///< variance that every feature has at least
 constexpr float kDarkness = 0.02f;       ///< noise below this part of the picture's brightness is not resolved
@@ -175,7 +175,7 @@ class BlockFilter {
           const F8 similar = exp(min(F8(0.0f) - sum * F8(1 / kPatchPixels), F8(0.0f)));
           const F8 at = F8::load(known + 2 * static_cast<std::size_t>(row) * places.stride + column);
           // One half's weights come from the other half, so that noise does not choose them.
-          masked(similar >= F8(kLeastWeight), similar * at).store(weight(1 - half, offset, row, column));
+          masked(similar >= F8(kMinWeight), similar * at).store(weight(1 - half, offset, row, column));
         }
       }
     }

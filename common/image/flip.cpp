@@ -265,7 +265,7 @@ Plane flip_of_shown(const std::vector<float>& picture, const std::vector<float>&
 constexpr double kCurve0 = 0.6 * 0.6 * 2.51, kCurve1 = 0.6 * 0.03;
 constexpr double kCurve3 = 0.6 * 0.6 * 2.43, kCurve4 = 0.6 * 0.59, kCurve5 = 0.14;
 constexpr double kShownAs = 0.85;  // displayed value of the brightest pixel, and of the median
-constexpr double kMostExposures = 64;
+constexpr double kMaxExposures = 64;
 
 std::vector<float> tone_mapped(const std::vector<float>& linear, double exposure) {
   const double factor = std::exp2(exposure);
@@ -301,7 +301,7 @@ std::vector<double> exposures_for(const RgbImage& reference) {
   const double a = kCurve0 - kCurve3 * kShownAs, b = kCurve1 - kCurve4 * kShownAs, c = -kCurve5 * kShownAs;
   const double x = (-b + std::sqrt(b * b - 4 * a * c)) / (2 * a);
   const double start = std::log2(x / luminance.back()), stop = std::log2(x / middle);
-  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(stop - start), 2.0, kMostExposures));
+  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(stop - start), 2.0, kMaxExposures));
   std::vector<double> exposures(count);
   for (std::size_t i = 0; i < count; ++i) {
     exposures[i] = start + (stop - start) * static_cast<double>(i) / static_cast<double>(count - 1);

@@ -23,10 +23,10 @@ double sphere_irradiance(const Vec3d& to_center, double radius, const Vec3d& n) 
 }
 
 double polygon_irradiance(std::span<const Vec3d> corners, const Vec3d& n) {
-  LM_CHECK(corners.size() <= kMostPolygonCorners);
+  LM_CHECK(corners.size() <= kMaxPolygonCorners);
   // The part above the horizon has one corner more. There is room for many more: through rounding, a polygon in the
   // horizon can cross it often.
-  std::array<Vec3d, 2 * kMostPolygonCorners> above;
+  std::array<Vec3d, 2 * kMaxPolygonCorners> above;
   std::size_t number = 0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const Vec3d &a = corners[k], &b = corners[(k + 1) % corners.size()];

@@ -12,7 +12,7 @@ namespace lightmill {
 /// real-time graphics", 1996). The surface must be outside.
 double sphere_irradiance(const Vec3d& to_center, double radius, const Vec3d& n);
 
-inline constexpr std::size_t kMostPolygonCorners = 64;
+inline constexpr std::size_t kMaxPolygonCorners = 64;
 
 /// Irradiance over radiance on a surface with unit normal n, from the part above it of a convex polygon of uniform
 /// radiance, without occlusion (Lambert's formula). Corners are relative to the surface's point. Both sides of the

@@ -111,8 +111,8 @@ Vec3d DiskLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) cons
     const std::array<Vec3d, 4> corners{to_center + a + b, to_center - a + b, to_center - a - b, to_center + a - b};
     return Vec3d(radiance_[i]) * polygon_irradiance(corners, n);
   }
-  const double step = 2 * kPiDouble / kMostPolygonCorners, equal_area = std::sqrt(step / sin_fixed(step));
-  std::array<Vec3d, kMostPolygonCorners> corners;
+  const double step = 2 * kPiDouble / kMaxPolygonCorners, equal_area = std::sqrt(step / sin_fixed(step));
+  std::array<Vec3d, kMaxPolygonCorners> corners;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const double turn = step * static_cast<double>(k);
     corners[k] = to_center + (a * cos_fixed(turn) + b * sin_fixed(turn)) * equal_area;

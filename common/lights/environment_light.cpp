@@ -13,7 +13,7 @@ namespace {
 /// Smallest angle to a pole, in radians, in densities per solid angle.
 constexpr float kPoleAngle = 1e-6f;
 /// Largest share of the light that is drawn by its excess over the mean. The rest covers the darkest directions.
-constexpr double kMostBrightShare = 1 - 1.0 / 64;
+constexpr double kMaxBrightShare = 1 - 1.0 / 64;
 
 /// Solid angles of the pixels of each row.
 std::vector<double> pixel_solid_angles(std::size_t width, std::size_t height) {
@@ -53,7 +53,7 @@ EnvironmentRadiance::EnvironmentRadiance(std::vector<float> rgb, std::size_t wid
       weights[i] = std::max(weights[i] - mean_luminance_, 0.0) * solid_angles[i / width];
       excess += weights[i];
     }
-    bright_share_ = static_cast<float>(std::floor(std::min(excess / flux, kMostBrightShare) * 0x1p24) * 0x1p-24);
+    bright_share_ = static_cast<float>(std::floor(std::min(excess / flux, kMaxBrightShare) * 0x1p24) * 0x1p-24);
     density_.emplace(weights, width, height);
   }
 }
@@ -154,9 +154,9 @@ V8 EnvironmentRadiance::direction_of(F8 x, F8 sin_theta, F8 cos_theta) const {
 
 void EnvironmentRadiance::for_each_beam(const TakeBeam& take) const {
   // Small images are sampled more finely, because they are bilinear between pixel centres.
-  constexpr std::size_t kLeastWidth = 512, kLeastHeight = 256;
-  const std::size_t width = width_ * ((kLeastWidth + width_ - 1) / width_);
-  const std::size_t height = height_ * ((kLeastHeight + height_ - 1) / height_);
+  constexpr std::size_t kMinWidth = 512, kMinHeight = 256;
+  const std::size_t width = width_ * ((kMinWidth + width_ - 1) / width_);
+  const std::size_t height = height_ * ((kMinHeight + height_ - 1) / height_);
   const std::vector<double> solid_angles = pixel_solid_angles(width, height);
   for (std::size_t row = 0; row < height; ++row) {
     const F8 y((static_cast<float>(row) + 0.5f) / static_cast<float>(height));

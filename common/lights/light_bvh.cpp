@@ -17,7 +17,7 @@ constexpr int kBins = 12;
 /// Rounding error of a cosine's bound. A node is skipped only if its bound is lower by more than this.
 constexpr float kCosineRounding = 1e-4f;
 /// Smallest cosine in a bound.
-constexpr float kLeastCosine = 0.02f;
+constexpr float kMinCosine = 0.02f;
 
 double cosine_of_sum(double cos_a, double cos_b) {
   // a + b >= π where cos a <= −cos b, for angles in [0, π].
@@ -178,7 +178,7 @@ struct LightBvh::Builder {
     out.cos_normals_[node] = static_cast<float>(b.cos_normals);
     out.sin_normals_[node] = static_cast<float>(std::sqrt(std::max(1 - b.cos_normals * b.cos_normals, 0.0)));
     out.cos_emission_[node] = static_cast<float>(b.cos_emission);
-    out.intensity_[node] = static_cast<float>(std::max(b.intensity / unit, kLeastBound));
+    out.intensity_[node] = static_cast<float>(std::max(b.intensity / unit, kMinBound));
     out.two_sided_[node] = b.two_sided ? 1 : 0;
   }
 };
@@ -260,7 +260,7 @@ F8 LightBvh::bound(const V8& p, const Node8& node) {
   const F8 cos_least = select(within, one, cos_x * cos_b + sin_x * sin_b);
   const M8 shines = cos_least > node.cos_emission - F8(kCosineRounding);
   // At the position of a point light the bound is infinite. Any finite number is as good.
-  const F8 towards = node.intensity * max(cos_least, F8(kLeastCosine));
+  const F8 towards = node.intensity * max(cos_least, F8(kMinCosine));
   return masked(shines | inside, towards / max(max(distance2, node.radius2), F8(1e-30f)));
 }
 

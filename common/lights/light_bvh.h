@@ -19,7 +19,7 @@ namespace lightmill {
 class LightBvh {
  public:
   /// Smallest intensity over the unit, so that bounds at a distance are normal numbers.
-  static constexpr double kLeastBound = 1e-20;
+  static constexpr double kMinBound = 1e-20;
 
   LightBvh() = default;
   /// Needs at least one light. All powers and intensities must be positive. Bounds are divided by `unit`.

@@ -8,12 +8,12 @@ namespace {
 
 /// Smallest cosine in a bound, and rounding error of a cosine. Lights below the horizon by more than this error are not
 /// chosen.
-constexpr float kLeastCosineAbove = 0.02f, kHorizonRounding = 1e-4f;
+constexpr float kMinCosineAbove = 0.02f, kHorizonRounding = 1e-4f;
 
-/// Bound of the cosine between a unit normal and directions to a ball; 0 if all of it is below the horizon.
+/// Bound of the cosine between a unit normal and directions to a sphere; 0 if all of it is below the horizon.
 F8 cosine_above(const V8& normal, const V8& to_center, F8 distance, F8 radius) {
   const F8 height = dot(normal, to_center) + radius + distance * F8(kHorizonRounding);
-  return masked(height > F8(0.0f), max(min(height / distance, F8(1.0f)), F8(kLeastCosineAbove)));
+  return masked(height > F8(0.0f), max(min(height / distance, F8(1.0f)), F8(kMinCosineAbove)));
 }
 
 }  // namespace
@@ -32,18 +32,17 @@ LightChoice::LightChoice(std::span<const LightBounds> bounded, std::span<const D
   }
   if (!bounded.empty()) {
     tree_ = LightBvh(bounded, unit);
-    roots_ = tree_.cut(kMostEntries);
+    roots_ = tree_.cut(kMaxEntries);
     has_subtrees_ = roots_.size() < bounded.size();
   }
-  group_size_ =
-      static_cast<std::uint32_t>(std::max<std::size_t>((distant.size() + kMostEntries - 1) / kMostEntries, 1));
+  group_size_ = static_cast<std::uint32_t>(std::max<std::size_t>((distant.size() + kMaxEntries - 1) / kMaxEntries, 1));
   for (std::size_t first = 0; first < distant.size(); first += group_size_) {
     DistantBounds sum = distant[first];
     for (std::size_t i = first + 1; i < std::min(first + group_size_, distant.size()); ++i) {
       sum.irradiance += distant[i].irradiance;
       sum.radius = DistantBounds::kAnywhere;
     }
-    distant_.push_back({static_cast<float>(std::max(sum.irradiance / unit, LightBvh::kLeastBound)), Vec3(sum.direction),
+    distant_.push_back({static_cast<float>(std::max(sum.irradiance / unit, LightBvh::kMinBound)), Vec3(sum.direction),
                         static_cast<float>(sum.radius)});
   }
 }

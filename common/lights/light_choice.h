@@ -9,12 +9,12 @@
 namespace lightmill {
 
 /// With up to this many lights, each shading point samples all of them, and none is chosen.
-inline constexpr std::size_t kMostLightsTogether = 4;
+inline constexpr std::size_t kMaxLightsTogether = 4;
 
 /// Chooses a light by a bound of each light's irradiance at a point. Bounded lights have the first numbers, infinitely
 /// distant ones the next. Immutable once built.
 ///
-/// The entries of the choice are subtrees of a light BVH and groups of distant lights. Up to kMostEntries lights of
+/// The entries of the choice are subtrees of a light BVH and groups of distant lights. Up to kMaxEntries lights of
 /// either kind are entries of their own. An entry is chosen with the probability
 ///
 ///   p = (1 − λ) bound / Σ bounds + λ / n,   λ = kUniformShare
@@ -25,7 +25,7 @@ inline constexpr std::size_t kMostLightsTogether = 4;
 /// min(n / λ, 1 / ((1 − λ) s)) − 1.
 class LightChoice {
  public:
-  static constexpr std::size_t kMostEntries = 16;
+  static constexpr std::size_t kMaxEntries = 16;
   static constexpr float kUniformShare = 0.125f;
 
   LightChoice() = default;
@@ -33,7 +33,7 @@ class LightChoice {
   LightChoice(std::span<const LightBounds> bounded, std::span<const DistantBounds> distant);
 
   /// Whether lights are chosen. Otherwise each shading point samples all lights.
-  bool chooses() const { return count_ > kMostLightsTogether; }
+  bool chooses() const { return count_ > kMaxLightsTogether; }
   /// Whether `sample` uses its second number.
   bool needs_second_number() const { return has_subtrees_; }
 
@@ -50,7 +50,7 @@ class LightChoice {
 
  private:
   /// Numbers by entry.
-  using Entries8 = std::array<F8, 2 * kMostEntries>;
+  using Entries8 = std::array<F8, 2 * kMaxEntries>;
   struct DistantEntry {
     float bound;
     Vec3 direction;

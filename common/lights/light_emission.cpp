@@ -6,9 +6,9 @@ namespace lightmill {
 
 namespace {
 
-template <class Balls>
-EmissionPoint8 ball_point(const Balls& balls, U8 index, M8 lanes, const V8& outward) {
-  return ball_emission_point(balls.position(index, lanes), balls.radii().at(index, lanes), lanes, outward);
+template <class Spheres>
+EmissionPoint8 sphere_point(const Spheres& spheres, U8 index, M8 lanes, const V8& outward) {
+  return sphere_emission_point(spheres.position(index, lanes), spheres.radii().at(index, lanes), lanes, outward);
 }
 
 }  // namespace
@@ -42,10 +42,10 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
         here = table_->disks.emission_point(index, of_kind, u);
         break;
       case LightKind::point:
-        here = ball_point(table_->points, index, of_kind, square_to_sphere(u));
+        here = sphere_point(table_->points, index, of_kind, square_to_sphere(u));
         break;
       case LightKind::spot:
-        here = ball_point(table_->spots, index, of_kind, square_to_sphere(u));
+        here = sphere_point(table_->spots, index, of_kind, square_to_sphere(u));
         break;
       case LightKind::cosine_power:
         here.point = table_->cosine_powers.position(index, of_kind);
@@ -73,9 +73,9 @@ LightEmission::LightSpheres8 LightEmission::spheres(U8 light, M8 lanes) const {
       add(spheres.outward_only(index, of_kind), spheres.center(index, of_kind), spheres.radius(index, of_kind));
     }
   });
-  table_->for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
-    const F8 radius = balls.radii().at(index, some);
-    add(some & (radius > F8(0.0f)), balls.position(index, some), radius);
+  table_->for_each_spherical_kind(light, lanes, [&](const auto& spheres, U8 index, M8 some) {
+    const F8 radius = spheres.radii().at(index, some);
+    add(some & (radius > F8(0.0f)), spheres.position(index, some), radius);
   });
   return out;
 }
@@ -87,8 +87,8 @@ EmissionPoint8 LightEmission::point_on_sphere(U8 light, M8 spheres, const V8& ou
       out = merge(of_kind, table_->spheres.emission_point(index, of_kind, outward), out);
     }
   });
-  table_->for_each_ball_kind(light, spheres, [&](const auto& balls, U8 index, M8 some) {
-    out = merge(some, ball_point(balls, index, some, outward), out);
+  table_->for_each_spherical_kind(light, spheres, [&](const auto& spheres, U8 index, M8 some) {
+    out = merge(some, sphere_point(spheres, index, some, outward), out);
   });
   return out;
 }
@@ -144,8 +144,8 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
       out = select(of_kind, abs(dot(direction, outward)), out);
     }
   });
-  table_->for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
-    const V8 outward = normalize(point - balls.position(index, some));
+  table_->for_each_spherical_kind(light, lanes, [&](const auto& spheres, U8 index, M8 some) {
+    const V8 outward = normalize(point - spheres.position(index, some));
     out = select(table_->are_bodies(light, some), abs(dot(direction, outward)), out);
   });
   return out;

@@ -5,14 +5,14 @@
 namespace lightmill {
 namespace {
 
-constexpr double kLeastPower = 1e-30;  ///< smallest power, intensity and irradiance in the choice
+constexpr double kMinPower = 1e-30;  ///< smallest power, intensity and irradiance in the choice
 
 template <class Lights>
 void append_bounds(const Lights& lights, std::vector<LightBounds>& out) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     out.push_back(lights.bounds(i));
-    out.back().power = std::max(out.back().power, kLeastPower);
-    out.back().intensity = std::max(out.back().intensity, kLeastPower);
+    out.back().power = std::max(out.back().power, kMinPower);
+    out.back().intensity = std::max(out.back().intensity, kMinPower);
   }
 }
 
@@ -41,7 +41,7 @@ void LightTable::build() {
     distant.push_back({environment.irradiance()});
   }
   for (DistantBounds& light : distant) {
-    light.irradiance = std::max(light.irradiance, kLeastPower);
+    light.irradiance = std::max(light.irradiance, kMinPower);
   }
   choice_ = LightChoice(bounded, distant);
   draws_ = needs_choice() ? 1 : static_cast<std::uint32_t>(size());
@@ -181,8 +181,8 @@ F8 LightTable::pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_lig
     const M8 some = and_not(and_not(lanes & signed_less(light, U8(first(LightKind::point))), facet), sphere);
     pdf = select(some, disks.pdf_solid_angle(index, distance, cos_light, some), pdf);
   }
-  for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
-    const F8 of_balls = ball_pdf_solid_angle(from, balls.position(index, some), balls.radii().at(index, some));
+  for_each_spherical_kind(light, lanes, [&](const auto& spheres, U8 index, M8 some) {
+    const F8 of_balls = sphere_pdf_solid_angle(from, spheres.position(index, some), spheres.radii().at(index, some));
     pdf = select(some, of_balls, pdf);
   });
   return needs_choice() ? pdf * choice_.pmf(from, light, lanes) : pdf;
@@ -210,11 +210,11 @@ LightTable::BodyHit8 LightTable::meet(std::uint32_t body, const V8& origin, cons
             entry.cosine};
   }
   BodyHit8 out{};
-  for_each_ball_kind(U8(body), lanes, [&](const auto& balls, U8 index, M8 some) {
-    const F8 radius = balls.radii().at(index, some);
-    const BallEntry8 entry(origin, direction, balls.position(index, some), radius, some);
+  for_each_spherical_kind(U8(body), lanes, [&](const auto& spheres, U8 index, M8 some) {
+    const F8 radius = spheres.radii().at(index, some);
+    const SphereEntry8 entry(origin, direction, spheres.position(index, some), radius, some);
     out = {entry.hit, origin + direction * entry.distance,
-           balls.intensity(-direction, index, some) * (F8(kInvPi) / (radius * radius)), entry.distance, entry.cosine};
+           spheres.intensity(-direction, index, some) * (F8(kInvPi) / (radius * radius)), entry.distance, entry.cosine};
   });
   if (body < first(LightKind::directional)) {
     return out;

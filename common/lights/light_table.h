@@ -91,14 +91,14 @@ class LightTable {
   M8 are_bodies(U8 light, M8 lanes) const {
     return bodies_.empty() ? M8() : gather(is_body_.data(), light, lanes) == U8(1u);
   }
-  /// Calls take(balls, index within the kind, lanes) for the kinds of these lights that have balls.
+  /// Calls take(spheres, index within the kind, lanes) for the kinds of these lights that have spheres.
   template <class Take>
-  void for_each_ball_kind(U8 light, M8 lanes, Take take) const {
-    const auto visit = [&](LightKind kind, const auto& balls) {
+  void for_each_spherical_kind(U8 light, M8 lanes, Take take) const {
+    const auto visit = [&](LightKind kind, const auto& spheres) {
       const M8 some = and_not(lanes & signed_less(light, U8(first_[static_cast<int>(kind) + 1])),
                               signed_less(light, U8(first(kind))));
-      if (balls.radii().any() && some.any()) {
-        take(balls, light - U8(first(kind)), some);
+      if (spheres.radii().any() && some.any()) {
+        take(spheres, light - U8(first(kind)), some);
       }
     };
     visit(LightKind::point, points);

@@ -12,7 +12,7 @@ namespace {
 /// Rounding can put their points outside.
 constexpr double kMargin = 0x1p-20;
 /// Smallest cap in which normals are drawn, as cosine.
-constexpr float kMostCapCosine = 1 - 0x1p-12f;
+constexpr float kMaxCapCosine = 1 - 0x1p-12f;
 
 /// Cosine-distributed directions on the emitting sides.
 V8 around_surface(const EmissionPoint8& from, Pair8 u) {
@@ -32,7 +32,7 @@ F8 around_surface_pdf_solid_angle(const EmissionPoint8& from, const V8& directio
 }  // namespace
 
 PhotonAim::PhotonAim(std::vector<BoundingSphere> targets, const BoundingSphere& scene) {
-  LM_CHECK(targets.size() <= kMostPhotonTargets);
+  LM_CHECK(targets.size() <= kMaxPhotonTargets);
   for (const BoundingSphere& t : targets) {
     const bool all = !std::isfinite(t.radius);
     const BoundingSphere& s = all ? scene : t;
@@ -81,11 +81,11 @@ PhotonAim::Cap8 PhotonAim::cap(const Target& target, const LightSpheres8& sphere
   // From inside a target, and if its direction is undefined: the whole sphere.
   const M8 cut = (least_cos > F8(-1.0f)) & M8(!target.all);
   const V8 axis = select(distance2 > F8(0.0f), to_target * inverse, broadcast(Vec3(0, 0, 1)));
-  return {axis, F8(1.0f) - select(cut, min(least_cos, F8(kMostCapCosine)), F8(-1.0f))};
+  return {axis, F8(1.0f) - select(cut, min(least_cos, F8(kMaxCapCosine)), F8(-1.0f))};
 }
 
 V8 PhotonAim::facing(const LightSpheres8& spheres, Choice8& choice, Pair8 u) const {
-  std::array<Cap8, kMostPhotonTargets> caps;
+  std::array<Cap8, kMaxPhotonTargets> caps;
   Cap8 chosen{};
   for (std::uint32_t t = 0; t < size(); ++t) {
     caps[t] = cap(targets_[t], spheres);
@@ -104,7 +104,7 @@ V8 PhotonAim::facing(const LightSpheres8& spheres, Choice8& choice, Pair8 u) con
 }
 
 PhotonAim::Direction8 PhotonAim::direction(const EmissionPoint8& from, const Choice8& choice, Pair8 u) const {
-  std::array<Cone8, kMostPhotonTargets> cones;
+  std::array<Cone8, kMaxPhotonTargets> cones;
   Cone8 chosen{};
   for (std::uint32_t t = 0; t < size(); ++t) {
     cones[t] = cone(targets_[t], from.point);
@@ -166,7 +166,7 @@ PhotonAim::Place8 PhotonAim::place(const V8& direction, const Choice8& choice, P
   return {point, pdf};
 }
 
-double PhotonAim::shadow(std::size_t target) const {
+double PhotonAim::projected_area(std::size_t target) const {
   const double r = targets_[target].radius;
   return kPiDouble * r * r;
 }

@@ -15,7 +15,7 @@ namespace lightmill {
 class PhotonAim {
  public:
   PhotonAim() = default;
-  /// At most kMostPhotonTargets targets. `scene`: the sphere that parallel light covers for an infinite target.
+  /// At most kMaxPhotonTargets targets. `scene`: the sphere that parallel light covers for an infinite target.
   PhotonAim(std::vector<BoundingSphere> targets, const BoundingSphere& scene);
 
   std::size_t size() const { return targets_.size(); }
@@ -24,7 +24,7 @@ class PhotonAim {
   /// A target drawn for each lane, and the probabilities of all targets. They sum to 1.
   struct Choice8 {
     U8 target;
-    std::array<F8, kMostPhotonTargets> pmf;
+    std::array<F8, kMaxPhotonTargets> pmf;
   };
 
   /// Spheres that shine outward, in some lanes.
@@ -60,7 +60,7 @@ class PhotonAim {
   /// Density of `place` returning a point with the same projection.
   F8 pdf_area(const V8& point, const V8& direction, const Choice8& choice) const;
   /// Area of this disk.
-  double shadow(std::size_t target) const;
+  double projected_area(std::size_t target) const;
 
  private:
   struct Target {

@@ -11,11 +11,11 @@ namespace {
 /// With this many lights, targets are merged into fewer.
 constexpr std::size_t kManyLights = std::size_t{1} << 17, kFewTargets = 4;
 /// Number of entries among which 24 bits choose with different probabilities.
-constexpr std::size_t kMostEntries = std::size_t{1} << 20;
+constexpr std::size_t kMaxEntries = std::size_t{1} << 20;
 
 // Estimates may be far too small. So each light that reaches a target has at least this share of the mean flux per
 // light, and each target at least this share of its light's flux.
-constexpr double kLeastLightShare = 1.0 / 64, kLeastTargetShare = 0x1p-12;
+constexpr double kMinLightShare = 1.0 / 64, kMinTargetShare = 0x1p-12;
 
 /// Extra distance at which parallel light starts before the scene or a plane, in scene radii.
 constexpr float kAhead = 0x1p-6f;
@@ -23,7 +23,7 @@ constexpr float kAhead = 0x1p-6f;
 constexpr float kAlongPlane = 0x1p-22f;
 
 void raise_least(std::span<double> fluxes) {
-  const double least = sum_of(fluxes) / static_cast<double>(fluxes.size()) * kLeastLightShare;
+  const double least = sum_of(fluxes) / static_cast<double>(fluxes.size()) * kMinLightShare;
   const double resolved = sum_of(fluxes) * 0x1p-22;
   for (double& f : fluxes) {
     f = std::max({f, least, resolved});
@@ -33,7 +33,7 @@ void raise_least(std::span<double> fluxes) {
 }  // namespace
 
 PhotonEmission::PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
-                               std::span<const BoundlessPlane> planes, const BoundingSphere& scene, bool unsampled)
+                               std::span<const InfinitePlane> planes, const BoundingSphere& scene, bool unsampled)
     : sources_(lights),
       planes_(planes.begin(), planes.end()),
       scene_center_(scene.center),
@@ -41,7 +41,7 @@ PhotonEmission::PhotonEmission(const LightTable& lights, std::span<const Boundin
   if (targets.empty()) {
     return;
   }
-  const std::size_t most = lights.size() < kManyLights ? kMostPhotonTargets : kFewTargets;
+  const std::size_t most = lights.size() < kManyLights ? kMaxPhotonTargets : kFewTargets;
   const std::vector<BoundingSphere> groups = group_targets(targets, most);
   aim_ = PhotonAim(groups, scene);
   const PhotonFluxes fluxes = estimate_fluxes(lights, groups, aim_, unsampled);
@@ -55,7 +55,7 @@ PhotonEmission::PhotonEmission(const LightTable& lights, std::span<const Boundin
 
 void PhotonEmission::build_choice(const PhotonFluxes& fluxes) {
   const std::size_t targets = aim_.size();
-  block_ = (lights_.size() + kMostEntries - 1) / kMostEntries;
+  block_ = (lights_.size() + kMaxEntries - 1) / kMaxEntries;
   std::vector<double> entries;
   for (std::size_t first = 0; first < lights_.size(); first += block_) {
     std::vector<double> of_targets(targets, 0.0);
@@ -85,7 +85,7 @@ void PhotonEmission::balance(std::vector<double>& fluxes) const {
     const double finite = sum_of(std::span(fluxes).first(last));
     fluxes[last] = finite > 0 ? std::min(fluxes[last], finite) : fluxes[last];
   }
-  const double least = sum_of(fluxes) * kLeastTargetShare;
+  const double least = sum_of(fluxes) * kMinTargetShare;
   for (double& f : fluxes) {
     f = f > 0 ? std::max(f, least) : 0;
   }
@@ -95,7 +95,7 @@ void PhotonEmission::balance(std::vector<double>& fluxes) const {
 V8 PhotonEmission::start_of(const V8& place, const V8& direction) const {
   const F8 radius(scene_radius_);
   F8 back = dot(place - broadcast(scene_center_), direction) + radius * F8(1 + kAhead);
-  for (const BoundlessPlane& plane : planes_) {
+  for (const InfinitePlane& plane : planes_) {
     const V8 normal = broadcast(Vec3(plane.normal));
     const F8 across = dot(direction, normal);
     const F8 crossed = dot(place - broadcast(Vec3(plane.point)), normal) / across;

@@ -27,7 +27,7 @@ class PhotonEmission {
   /// infinite planes. Distant light starts behind them. `unsampled`: an environment that the table does not sample
   /// emits, too.
   PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
-                 std::span<const BoundlessPlane> planes, const BoundingSphere& scene, bool unsampled = true);
+                 std::span<const InfinitePlane> planes, const BoundingSphere& scene, bool unsampled = true);
 
   /// Whether there is nothing to emit: no target, or no light that can reach one.
   bool empty() const { return lights_.empty(); }
@@ -72,7 +72,7 @@ class PhotonEmission {
 
   LightEmission sources_;
   PhotonAim aim_;
-  std::vector<BoundlessPlane> planes_;
+  std::vector<InfinitePlane> planes_;
   Vec3 scene_center_;
   float scene_radius_;
 

@@ -11,8 +11,8 @@ namespace lightmill {
 namespace {
 
 /// Batches of eight points and directions: per light and target, and in all.
-constexpr std::size_t kMostBatches = 8, kAllBatches = std::size_t{1} << 17;
-constexpr double kLeastShareOfPower = 1.0 / 16;
+constexpr std::size_t kMaxBatches = 8, kAllBatches = std::size_t{1} << 17;
+constexpr double kMinShareOfPower = 1.0 / 16;
 
 /// Whether some of the target is on the side of the plane's normal.
 bool reaches_beyond(const Vec3d& point, const Vec3d& normal, const BoundingSphere& target) {
@@ -46,7 +46,7 @@ class Estimate {
   Estimate(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim)
       : lights_(lights), emission_(lights), targets_(targets), aim_(aim) {
     const std::size_t pairs = std::max<std::size_t>(emission_.first_distant() * targets.size(), 1);
-    batches_ = std::clamp<std::size_t>(kAllBatches / pairs, 1, kMostBatches);
+    batches_ = std::clamp<std::size_t>(kAllBatches / pairs, 1, kMaxBatches);
   }
 
   PhotonFluxes all(bool unsampled);
@@ -84,7 +84,7 @@ double Estimate::to_target(std::uint32_t light, std::size_t target, double power
     }
   }
   const double draws = static_cast<double>(8 * batches_);
-  return std::max(flux / draws, std::min(solid_angle / draws / (4 * kPiDouble), 1.0) * power * kLeastShareOfPower);
+  return std::max(flux / draws, std::min(solid_angle / draws / (4 * kPiDouble), 1.0) * power * kMinShareOfPower);
 }
 
 void Estimate::add(std::uint32_t light, const std::vector<double>& fluxes) {
@@ -110,7 +110,7 @@ void Estimate::add_near(const Kind& kind) {
 void Estimate::add_distant(std::uint32_t light, double irradiance) {
   std::vector<double> fluxes;
   for (std::size_t t = 0; t < targets_.size(); ++t) {
-    fluxes.push_back(irradiance * aim_.shadow(t));
+    fluxes.push_back(irradiance * aim_.projected_area(t));
   }
   add(light, fluxes);
 }

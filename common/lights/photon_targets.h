@@ -15,13 +15,13 @@ struct BoundingSphere {
 };
 
 /// An infinite plane.
-struct BoundlessPlane {
+struct InfinitePlane {
   Vec3d point{0};
   Vec3d normal{0, 1, 0};  ///< unit
 };
 
 /// Largest number of targets. The time to aim is proportional to the number.
-inline constexpr std::size_t kMostPhotonTargets = 32;
+inline constexpr std::size_t kMaxPhotonTargets = 32;
 
 /// At most `most` spheres (at least 2) that contain all of these. The result depends only on the spheres and their
 /// order. Infinite spheres become one, the last. If there are too many finite ones, neighbours share a sphere. The

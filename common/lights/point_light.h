@@ -1,14 +1,14 @@
 // Point lights: equal intensity in all directions.
 #pragma once
 
-#include "common/lights/light_ball.h"
+#include "common/lights/spherical_light.h"
 
 namespace lightmill {
 
 struct PointEmitter {
   Vec3 position;
   Vec3 intensity;    ///< W/sr
-  float radius = 0;  ///< of a ball (light_ball.h)
+  float radius = 0;  ///< of a sphere (spherical_light.h)
 };
 
 /// A point light seen from p. Lights with a profile start with it, too.
@@ -62,13 +62,13 @@ class PointLights {
   V8 intensity(U8 index, M8 lanes) const { return intensity_.at(index, lanes); }
   V8 intensity(const V8& /*direction*/, U8 index, M8 lanes) const { return intensity(index, lanes); }
   bool has_size(std::size_t i) const { return radii_[i] > 0; }
-  const BallRadii& radii() const { return radii_; }
-  /// Irradiance of a ball on a surface at p with unit normal n, without occlusion.
+  const SphereRadii& radii() const { return radii_; }
+  /// Irradiance of a sphere on a surface at p with unit normal n, without occlusion.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:
   VectorRows position_, intensity_;
-  BallRadii radii_;
+  SphereRadii radii_;
 };
 
 }  // namespace lightmill

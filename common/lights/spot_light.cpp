@@ -12,7 +12,7 @@ void SpotLights::add(const SpotEmitter& spot) {
 }
 
 LightBounds SpotLights::bounds(std::size_t i) const {
-  return ball_bounds(points_.bounds(i, 1.0 - outer_[i], 1, spot_solid_angle(inner_[i], outer_[i])), radii_[i]);
+  return sphere_bounds(points_.bounds(i, 1.0 - outer_[i], 1, spot_solid_angle(inner_[i], outer_[i])), radii_[i]);
 }
 
 IntensityShare8 SpotLights::share(const V8& direction, U8 index, M8 lanes) const {
@@ -36,9 +36,9 @@ LightSample8 SpotLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const 
   if (!radii_.any()) {
     return sample(p, index, lanes);
   }
-  const BallSample8 ball(p, points_.position(index, lanes), radii_.at(index, lanes), lanes, u);
-  const IntensityShare8 there = share(ball.direction(), index, lanes);
-  return ball.light(points_.intensity(index, lanes), there.share, there.lit);
+  const SphereSample8 sphere(p, points_.position(index, lanes), radii_.at(index, lanes), lanes, u);
+  const IntensityShare8 there = share(sphere.direction(), index, lanes);
+  return sphere.light(points_.intensity(index, lanes), there.share, there.lit);
 }
 
 Vec3d SpotLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {
@@ -46,7 +46,7 @@ Vec3d SpotLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) cons
   const M8 all(true);
   const Vec3d to_center = VectorLanes(points_.position(index, all))[0] - p;
   const V8 direction = broadcast(Vec3(-glm::normalize(to_center)));
-  return ball_irradiance(VectorLanes(intensity(direction, index, all))[0], to_center, radii_[i], n);
+  return sphere_irradiance(VectorLanes(intensity(direction, index, all))[0], to_center, radii_[i], n);
 }
 
 V8 SpotLights::intensity(const V8& direction, U8 index, M8 lanes) const {

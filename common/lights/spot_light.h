@@ -12,7 +12,7 @@ struct SpotEmitter {
   Vec3 intensity;  ///< W/sr along the direction
   /// 1 − cos of the angles to the direction. In this form, single precision resolves narrow cones.
   float inner = 0, outer = 1;
-  float radius = 0;  ///< of a ball (light_ball.h)
+  float radius = 0;  ///< of a sphere (spherical_light.h)
 };
 
 /// Intensity is full within the inner cone and zero outside the outer one. Between them it is t²(3 − 2t) of the cosine.
@@ -31,10 +31,10 @@ class SpotLights {
   /// 1 − cos of the angle beyond which there is no light.
   double one_minus_cos_cutoff(std::size_t i) const { return outer_[i]; }
   bool has_size(std::size_t i) const { return radii_[i] > 0; }
-  const BallRadii& radii() const { return radii_; }
-  /// Irradiance of a ball on a surface at p with unit normal n, without occlusion. All of the ball counts with the
+  const SphereRadii& radii() const { return radii_; }
+  /// Irradiance of a sphere on a surface at p with unit normal n, without occlusion. All of the sphere counts with the
   /// intensity of the direction from its centre to p. This is exact where p lies so far inside or outside the cone that
-  /// all points of the ball agree.
+  /// all points of the sphere agree.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:
@@ -42,7 +42,7 @@ class SpotLights {
 
   AimedPoints points_;
   std::vector<float> inner_, outer_;
-  BallRadii radii_;
+  SphereRadii radii_;
 };
 
 }  // namespace lightmill

@@ -28,7 +28,7 @@ struct BsdfSample8 {
 
 /// Delta lobes of a BSDF: the share of the radiance from wo's mirror direction, and from its refracted direction, that
 /// goes to wo.
-struct SmoothLobes8 {
+struct DeltaLobes8 {
   V8 reflected, refracted;
 };
 

@@ -65,7 +65,7 @@ struct Conductor8 {
     return facets.with_axes([&](const ggx::Alpha8& alpha) { return sample(wo, u, alpha); });
   }
 
-  SmoothLobes8 smooth(const V8& wo) const {
+  DeltaLobes8 smooth(const V8& wo) const {
     return {masked(~rough(), conductor::fresnel(min(wo.z, F8(1.0f)), eta, k)), V8()};
   }
 

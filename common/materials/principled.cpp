@@ -242,13 +242,13 @@ F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
   return pdf;
 }
 
-SmoothLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) const {
-  SmoothLobes8 lobes{masked(~is_rough(alpha_), gloss_fresnel(wo.z, F8(1.0f))), V8()};
+DeltaLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) const {
+  DeltaLobes8 lobes{masked(~is_rough(alpha_), gloss_fresnel(wo.z, F8(1.0f))), V8()};
   if (sheen_) {
     lobes.reflected = lobes.reflected * sheen_leaves({-wo.x, -wo.y, wo.z}, false);
   }
   if (has_glass_) {
-    const SmoothLobes8 glass = glass_bsdf_.smooth(f);
+    const DeltaLobes8 glass = glass_bsdf_.smooth(f);
     lobes.reflected = lobes.reflected + glass.reflected * glass_;
     lobes.refracted = glass.refracted * glass_;
   }

@@ -70,7 +70,7 @@ class Principled8 {
   F8 pdf_solid_angle(const V8& wo, const V8& wi) const;
   BsdfSample8 sample(const V8& wo, Pair8 u, F8 choice) const;
   /// `f`: Fresnel term of the glass at wo, or a replacement.
-  SmoothLobes8 smooth(const V8& wo, const dielectric::Fresnel8& f) const;
+  DeltaLobes8 smooth(const V8& wo, const dielectric::Fresnel8& f) const;
   /// Share of uniform light that the lobes which are not delta scatter to wo. Rough glass counts with its base colour.
   /// Layers below a coat count as diffuse.
   V8 rough_albedo() const;

@@ -64,7 +64,7 @@ struct RoughDielectric8 {
   }
 
   /// `f`: Fresnel term at wo, or a replacement.
-  SmoothLobes8 smooth(const dielectric::Fresnel8& f) const {
+  DeltaLobes8 smooth(const dielectric::Fresnel8& f) const {
     const F8 inverse_eta = F8(1.0f) / eta;
     const F8 refracted = (F8(1.0f) - f.reflectance) * (inverse_eta * inverse_eta);
     return {masked(~rough(), V8{f.reflectance, f.reflectance, f.reflectance}), masked(~rough(), tint * refracted)};

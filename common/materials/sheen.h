@@ -15,7 +15,7 @@
 namespace lightmill::sheen {
 
 /// Smaller roughnesses count as this one.
-inline constexpr float kLeastRoughness = 0.1f;
+inline constexpr float kMinRoughness = 0.1f;
 
 /// Density of fibres' normals m, per solid angle and projected area. `sin2`: of the angle to the surface's normal.
 inline F8 distribution(F8 sin2, F8 alpha) {
@@ -57,7 +57,7 @@ namespace lightmill {
 class Sheen8 {
  public:
   Sheen8(F8 roughness, const V8& wo)
-      : roughness_(max(roughness, F8(sheen::kLeastRoughness))),
+      : roughness_(max(roughness, F8(sheen::kMinRoughness))),
         lambda_(sheen::lambda(wo.z, alpha())),
         limit_(sheen::limit(wo.z, roughness_)),
         albedo_(sheen::albedo(wo.z, roughness_)) {}

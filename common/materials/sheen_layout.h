@@ -6,11 +6,11 @@
 namespace lightmill::sheen {
 
 inline constexpr int kAngles = 33;       ///< nodes of √cos θ
-inline constexpr int kRoughnesses = 33;  ///< nodes from kLeastRoughness to 1
+inline constexpr int kRoughnesses = 33;  ///< nodes from kMinRoughness to 1
 
 /// In [0, 1].
 inline F8 roughness_coordinate(F8 roughness) {
-  return (roughness - F8(kLeastRoughness)) * F8(1 / (1 - kLeastRoughness));
+  return (roughness - F8(kMinRoughness)) * F8(1 / (1 - kMinRoughness));
 }
 
 }  // namespace lightmill::sheen

@@ -46,7 +46,7 @@ float between(const float* row, float cos_theta) {
 std::string tables() {
   std::vector<float> limits, albedos, means;
   for (int r = 0; r < kRoughnesses; ++r) {
-    const float roughness = kLeastRoughness + (1 - kLeastRoughness) * node(r, kRoughnesses);
+    const float roughness = kMinRoughness + (1 - kMinRoughness) * node(r, kRoughnesses);
     const auto cosine = [](int i) { return node(i, kAngles) * node(i, kAngles); };
     std::vector<float> limit, albedo;
     for (int i = 0; i < kAngles; ++i) {

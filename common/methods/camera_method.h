@@ -1,7 +1,7 @@
 // Base of methods that shade each camera ray independently: everything but the shading.
 #pragma once
 
-#include "common/methods/primary_rays.h"
+#include "common/methods/camera_rays.h"
 #include "common/methods/sampled_method.h"
 #include "common/methods/transmittance.h"
 
@@ -47,7 +47,7 @@ class CameraMethod final : public SampledMethod {
       hit.pixel_seed = U8::load(&ws.pixel_seeds[sample & 1][pixel]);
       hit.index = static_cast<std::uint32_t>(sample >> 1);
       const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
-      hit.arrival = arrive(hit, primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, hit.index), ws.counters);
+      hit.arrival = arrive(hit, sample_camera_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, hit.index), ws.counters);
       hit.surface = scene_->surface(hit.arrival.rays, hit.arrival.hits);
       if (flat_) {
         hit.surface.shading_normal = hit.surface.geometric_normal;

@@ -69,7 +69,7 @@ struct ShadingFrame8 {
   /// The direction in which light leaves, as BSDFs take it: in the local frame, with a positive z.
   V8 wo(const V8& direction) const {
     V8 out = frame.to_local(direction);
-    out.z = select(mapped, max(abs(out.z), F8(kLeastCosine)), out.z);
+    out.z = select(mapped, max(abs(out.z), F8(kMinCosine)), out.z);
     return out;
   }
 
@@ -102,7 +102,7 @@ struct ShadingFrame8 {
     return and_not(wrong, mapped);
   }
 
-  static constexpr float kLeastCosine = 1e-4f;
+  static constexpr float kMinCosine = 1e-4f;
 };
 
 }  // namespace lightmill

@@ -75,7 +75,7 @@ std::string hidden_reason(const SceneFacts& facts) {
 }
 
 /// Reason about distant light that photons miss by way of these planes. Empty if there is none.
-std::string boundless_reason(const SceneFacts& facts, const NamedItems& planes) {
+std::string infinite_reason(const SceneFacts& facts, const NamedItems& planes) {
   if (facts.distant_lights.empty() || planes.empty() || !facts.receivers) {
     return "";
   }
@@ -89,8 +89,8 @@ Verdict admit_vcm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
     return {"vcm", false, "it does not support scattering media"};
   }
-  for (std::string reason : {hidden_reason(facts), boundless_reason(facts, facts.boundless_casters),
-                             boundless_reason(facts, facts.boundless_layers)}) {
+  for (std::string reason : {hidden_reason(facts), infinite_reason(facts, facts.infinite_casters),
+                             infinite_reason(facts, facts.infinite_layers)}) {
     if (!reason.empty()) {
       return {"vcm", false, std::move(reason)};
     }
@@ -123,7 +123,7 @@ Verdict admit_caustic(const SceneFacts& facts) {
   if (std::string reason = hidden_reason(facts); !reason.empty()) {
     return {"caustic", false, std::move(reason)};
   }
-  if (std::string reason = boundless_reason(facts, facts.boundless_casters); !reason.empty()) {
+  if (std::string reason = infinite_reason(facts, facts.infinite_casters); !reason.empty()) {
     return {"caustic", false, std::move(reason)};
   }
   return {"caustic", true,

@@ -66,7 +66,7 @@ double Region::distance(const Vec3d& p) const {
 }
 
 bool Positions::take(std::uint64_t steps) {
-  if (steps > kMostSteps - steps_) {
+  if (steps > kMaxSteps - steps_) {
     return false;
   }
   steps_ += steps;
@@ -75,10 +75,10 @@ bool Positions::take(std::uint64_t steps) {
 
 const Mesh* Positions::mesh(const Sha256& asset) {
   const auto [at, is_new] = decoded_.try_emplace(asset);
-  if (is_new && meshes_.bytes && take(MeshSource::kMostBytes / 2)) {
+  if (is_new && meshes_.bytes && take(MeshSource::kMaxBytes / 2)) {
     const std::optional<std::string> bytes = meshes_.bytes(asset);
-    steps_ -= (MeshSource::kMostBytes - std::min(bytes ? bytes->size() : 0, MeshSource::kMostBytes)) / 2;
-    if (bytes && bytes->size() <= MeshSource::kMostBytes) {
+    steps_ -= (MeshSource::kMaxBytes - std::min(bytes ? bytes->size() : 0, MeshSource::kMaxBytes)) / 2;
+    if (bytes && bytes->size() <= MeshSource::kMaxBytes) {
       if (Result<Mesh> mesh = decode_mesh(as_byte_view(*bytes)); mesh.ok()) {  // rendering reports the error
         at->second = *std::move(mesh);
       }

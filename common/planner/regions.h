@@ -37,7 +37,7 @@ using Regions = std::vector<Region>;
 class Positions {
  public:
   /// A step is a comparison of a light with a region, two bytes of a mesh, or a third of a triangle.
-  static constexpr std::uint64_t kMostSteps = 20'000'000;
+  static constexpr std::uint64_t kMaxSteps = 20'000'000;
 
   /// Both must outlive this.
   Positions(const Scene& scene, const MeshSource& meshes)

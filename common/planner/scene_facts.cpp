@@ -42,11 +42,11 @@ std::string_view noun_of(const Material& material) {
 
 /// The gloss is added to the diffuse part. In uniform light, its Fresnel term is at most f0 + (1 − f0)/21 on average.
 std::array<double, 3> burley_bound(const PrincipledMaterial& m) {
-  constexpr double kMostDiffuse = 1.07;  // in uniform light, at roughness 1
+  constexpr double kMaxDiffuse = 1.07;  // in uniform light, at roughness 1
   const double root = (m.ior - 1) / (m.ior + 1), f0 = std::min(root * root * 2 * m.specular, 1.0);
   const double gloss = m.specular > 0 || m.coat > 0 ? std::max(f0, 0.04) + (1 - f0) / 21 : 0;
   const RgbColor& base = m.base_color.rgb;
-  return {base.r * kMostDiffuse + gloss, base.g * kMostDiffuse + gloss, base.b * kMostDiffuse + gloss};
+  return {base.r * kMaxDiffuse + gloss, base.g * kMaxDiffuse + gloss, base.b * kMaxDiffuse + gloss};
 }
 
 /// Upper bound of the albedo without a sheen, by channel.
@@ -62,11 +62,11 @@ std::array<double, 3> principled_bound(const PrincipledMaterial& m) {
 
 /// The same with its sheen, which reduces the base by the reflectance of the largest component of its colour.
 std::array<double, 3> with_sheen(const PrincipledMaterial& m, const std::array<double, 3>& base) {
-  constexpr double kMostSheen = 0.3;  // of white sheen in uniform light, at roughness 1
+  constexpr double kMaxSheen = 0.3;  // of white sheen in uniform light, at roughness 1
   const RgbColor& c = m.sheen_color.rgb;
-  const double taken = kMostSheen * std::max({c.r, c.g, c.b});
+  const double taken = kMaxSheen * std::max({c.r, c.g, c.b});
   const auto bound = [&](double below, float sheen) {
-    return std::max(below, kMostSheen * sheen + (1 - taken) * below);
+    return std::max(below, kMaxSheen * sheen + (1 - taken) * below);
   };
   return {bound(base[0], c.r), bound(base[1], c.g), bound(base[2], c.b)};
 }
@@ -165,13 +165,13 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   if (caster) {
     facts.casters.add(name);
     if (plane) {
-      facts.boundless_casters.add(name);
+      facts.infinite_casters.add(name);
     }
   }
   if (const NarrowLobes narrow = narrow_lobes(material); narrow != NarrowLobes::none) {
     (caster ? facts.smooth_casters : facts.smooth_layers).add(name);
     if (plane && !caster) {
-      facts.boundless_layers.add(name);
+      facts.infinite_layers.add(name);
     }
   }
   facts.receivers = facts.receivers || receives_light(material);
@@ -292,7 +292,7 @@ bool is_surface_meter(const Meter& meter) {
 
 void NamedItems::add(std::string name) {
   ++count;
-  if (names.size() < kMostNames) {
+  if (names.size() < kMaxNames) {
     names.push_back(std::move(name));
   }
 }

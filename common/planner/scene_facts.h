@@ -17,7 +17,7 @@ namespace lightmill {
 
 /// Names of some of a scene's objects or lights, in the document's order.
 struct NamedItems {
-  static constexpr std::size_t kMostNames = 8;
+  static constexpr std::size_t kMaxNames = 8;
   std::size_t count = 0;
   std::vector<std::string> names;  ///< of the first ones, as in messages: "the point light 'bulb'", "the glass 'ball'"
 
@@ -41,9 +41,9 @@ struct SceneFacts {
 
   NamedItems casters;            ///< as in casters.h: all light from them forms caustics
   NamedItems smooth_casters;     ///< casters that scatter narrowly (narrow_lobes), at least in part
-  NamedItems boundless_casters;  ///< planes among all casters
+  NamedItems infinite_casters;  ///< planes among all casters
   NamedItems smooth_layers;      ///< scatter narrowly, but are no casters, such as a smooth lacquer
-  NamedItems boundless_layers;   ///< planes among them
+  NamedItems infinite_layers;   ///< planes among them
   bool receivers = false;        ///< surfaces, media or meters that show caustics
 
   NamedItems unsampled_emitters;  ///< emissive planes, spheres with an emission texture, and emitters whose opacity
@@ -74,9 +74,9 @@ struct SceneFacts {
 
 inline constexpr double kSmallShare = 1e-5;
 
-/// Bytes of mesh assets, if they are available and few (kMostBytes).
+/// Bytes of mesh assets, if they are available and few (kMaxBytes).
 struct MeshSource {
-  static constexpr std::uint64_t kMostBytes = 1 << 16;  ///< an emitter with so many triangles is rarely small
+  static constexpr std::uint64_t kMaxBytes = 1 << 16;  ///< an emitter with so many triangles is rarely small
   std::function<std::optional<std::string>(const Sha256&)> bytes;
 };
 

@@ -11,7 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kNoisePatchSide = 2;        ///< pixels
-constexpr int kLeastCellSide = 8;         ///< pixels; so that no edge lies between patches
+constexpr int kMinCellSide = 8;         ///< pixels; so that no edge lies between patches
 constexpr std::uint32_t kNoiseLevel = 4;  ///< log2 of the samples
 /// After the first points of a sequence, where most samples of an adaptive job are.
 constexpr std::uint32_t kFirst = 64;
@@ -63,7 +63,7 @@ double variance_of(const PatchSums& sums) {
 }  // namespace
 
 int noise_cell_side(const PixelRect& film, std::int64_t most_pixels) {
-  int side = kLeastCellSide;
+  int side = kMinCellSide;
   while (film.pixel_count() * kNoisePatchSide * kNoisePatchSide > most_pixels * side * side) {
     side *= 2;
   }
@@ -90,7 +90,7 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
   constexpr double kCount = 1u << kNoiseLevel;
   const TileGrid& grid = settings.grid;
   const int cell_side = noise_cell_side(grid.crop(), settings.most_pixels);
-  const auto region_of = [&, across = cell_side / kLeastCellSide](std::uint32_t tile) {
+  const auto region_of = [&, across = cell_side / kMinCellSide](std::uint32_t tile) {
     const auto columns = static_cast<std::uint32_t>(grid.columns()), side = static_cast<std::uint32_t>(across);
     return std::size_t{tile / columns / side} * columns + tile % columns / side;
   };

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint64_t kMaxObjBytes = std::uint64_t{4} << 30;
 constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
-constexpr std::uint64_t kMostNameBytes = std::uint64_t{64} << 20;  ///< more than a packed scene can have
+constexpr std::uint64_t kMaxNamesBytes = std::uint64_t{64} << 20;  ///< more than a packed scene can have
 
 }  // namespace
 
@@ -45,8 +45,8 @@ Status add_object(Object object, LoadedScene& loaded) {
   if (loaded.assets.size() > kMaxAssets) {
     return invalid_argument("the scene has more than {} different meshes and images", kMaxAssets);
   }
-  if (loaded.name_bytes > kMostNameBytes) {
-    return invalid_argument("the names of the scene's objects have more than {}", human_bytes(kMostNameBytes));
+  if (loaded.name_bytes > kMaxNamesBytes) {
+    return invalid_argument("the names of the scene's objects have more than {}", human_bytes(kMaxNamesBytes));
   }
   loaded.scene.objects.push_back(std::move(object));
   return ok_status();
@@ -59,11 +59,11 @@ Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::pa
 
 void append_notices(const std::vector<std::string>& from, std::vector<std::string>& to) {
   for (const std::string& notice : from) {
-    if (to.size() > kMostNotices) {
+    if (to.size() > kMaxNotices) {
       return;
     }
     if (std::find(to.begin(), to.end(), notice) == to.end()) {
-      to.push_back(to.size() < kMostNotices ? notice : "more notices on these files are left out");
+      to.push_back(to.size() < kMaxNotices ? notice : "more notices on these files are left out");
     }
   }
 }

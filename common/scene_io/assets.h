@@ -29,8 +29,8 @@ Status add_object(Object object, LoadedScene& loaded);
 /// Reads an OBJ file of at most 4 GiB.
 Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path, Faults& faults);
 
-inline constexpr std::size_t kMostNotices = 1000;
-/// Adds the notices that are not there yet. Beyond kMostNotices one notice says that there are more.
+inline constexpr std::size_t kMaxNotices = 1000;
+/// Adds the notices that are not there yet. Beyond kMaxNotices one notice says that there are more.
 void append_notices(const std::vector<std::string>& from, std::vector<std::string>& to);
 
 }  // namespace lightmill

@@ -9,7 +9,7 @@ namespace lightmill {
 void Faults::add(std::string_view kind, std::string_view fault, std::string_view answer) {
   if (const auto known = index_.find(kind); known != index_.end()) {
     ++kinds_[known->second].others;
-  } else if (kinds_.size() == kMostKinds) {
+  } else if (kinds_.size() == kMaxKinds) {
     ++beyond_;
   } else {
     index_.emplace(kind, kinds_.size());

@@ -14,7 +14,7 @@ namespace lightmill {
 /// A list of faults with their places and remedies. Faults of one kind share one notice, so the list stays short.
 class Faults {
  public:
-  static constexpr std::size_t kMostKinds = 100;  ///< that are named
+  static constexpr std::size_t kMaxKinds = 100;  ///< that are named
 
   /// `fault` begins with its place: "box.obj:12: …". `answer` says what is done instead, in lower case: "the face is skipped". Both
   /// may contain any bytes.
@@ -22,7 +22,7 @@ class Faults {
 
   bool empty() const { return kinds_.empty(); }
   /// Whether the text of another fault of this kind would be used: it is the first, and not too many kinds are named.
-  bool needs_text(std::string_view kind) const { return kinds_.size() < kMostKinds && !index_.contains(kind); }
+  bool needs_text(std::string_view kind) const { return kinds_.size() < kMaxKinds && !index_.contains(kind); }
   /// One for each kind, in the order of the first: "box.obj:12: f: …. The face is skipped (and 3 more like it)".
   std::vector<std::string> notices() const;
   /// The first fault as an error.

@@ -70,14 +70,14 @@ Result<LoadedScene> load_files(const std::vector<fs::path>& paths, const LoadOpt
   if (lower_ending(paths[0]) == ".xml") {
     return load_with(read_mitsuba, paths[0], kMaxDocumentBytes, files);
   }
-  const bool light_the_dark = options.sky == SkyChoice::automatic;
+  const bool add_sky_if_unlit = options.sky == SkyChoice::automatic;
   const auto read = [&](std::string bytes, const std::string& name, FileSource named) {
     return read_gltf(std::move(bytes), name,
-                     {.moment = options.moment, .light_the_dark = light_the_dark, .decode_mesh = options.decode_mesh},
+                     {.moment = options.moment, .add_sky_if_unlit = add_sky_if_unlit, .decode_mesh = options.decode_mesh},
                      std::move(named));
   };
   return is_gltf(paths[0]) ? load_with(read, paths[0], kMaxFileBytes, files)
-                           : load_objs(paths, options.ka, light_the_dark, files);
+                           : load_objs(paths, options.ka, add_sky_if_unlit, files);
 }
 
 std::string names_of(const std::vector<NamedCamera>& cameras) {

@@ -116,22 +116,22 @@ class MaterialList {
       if (added) {
         all_.push_back(material);
       }
-      if (added || (round < kMostCompared && same_definition(all_[found->second], material))) {
+      if (added || (round < kMaxCompared && same_definition(all_[found->second], material))) {
         return static_cast<std::uint32_t>(found->second);
       }
       const std::string file = utf8_text(fs::path(material.file).filename().string());
-      if (round < kMostCompared) {
+      if (round < kMaxCompared) {
         material.name = round == 1 ? fmt::format("{} ({})", material.name, file) : fmt::format("{}'", material.name);
         continue;
       }
-      base = round == kMostCompared ? material.name : base;
+      base = round == kMaxCompared ? material.name : base;
       material.name = fmt::format("{} {}", base, ++numbers_[base]);
     }
   }
   std::vector<MtlMaterial> take() { return std::move(all_); }
 
  private:
-  static constexpr int kMostCompared = 10;  ///< materials of one name and file name; others are not shared
+  static constexpr int kMaxCompared = 10;  ///< materials of one name and file name; others are not shared
 
   std::vector<MtlMaterial> all_;
   std::map<std::string, std::size_t> index_;
@@ -224,7 +224,7 @@ Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles
 
 }  // namespace
 
-Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, bool light_the_dark,
+Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, bool add_sky_if_unlit,
                               const SceneFiles& files) {
   LoadedScene loaded;
   MaterialList materials;
@@ -251,7 +251,7 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, boo
   map_materials(all, ka, loaded.scene, loaded.notices);
   LM_RETURN_IF_ERROR(load_textures(all, files, loaded));
   add_missing_camera(loaded);
-  if (light_the_dark) {
+  if (add_sky_if_unlit) {
     add_missing_light(loaded);
   }
   return loaded;

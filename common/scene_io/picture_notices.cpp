@@ -130,7 +130,7 @@ double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes
 void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes& boxes,
                      std::vector<std::string>& notices) {
   constexpr double kDense = 100;      // optical thickness
-  constexpr double kMostLost = 1e-2;  // share that would scatter on at the limit, after absorption
+  constexpr double kMaxLost = 1e-2;  // share that would scatter on at the limit, after absorption
   constexpr std::size_t kMaxNamed = 10;
   std::size_t named = 0;
   for (std::size_t i = 0; i < loaded.scene.materials.size() && named < kMaxNamed; ++i) {
@@ -139,7 +139,7 @@ void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes
     double densest = 0;
     for (const auto& [scattering, absorption] : {std::pair<double, double>{s.r, a.r}, {s.g, a.g}, {s.b, a.b}}) {
       const double albedo = scattering > 0 ? scattering / (scattering + absorption) : 0;
-      if (albedo > 0 && max_bounces * std::log(albedo) > std::log(kMostLost)) {
+      if (albedo > 0 && max_bounces * std::log(albedo) > std::log(kMaxLost)) {
         densest = std::max(densest, scattering);
       }
     }
@@ -160,7 +160,7 @@ void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes
 /// Single precision places a sphere's surface to about 2^-22 of its radius. Near the camera that shows: gaps under
 /// objects on the sphere, a ragged edge, the wrong shade.
 void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notices) {
-  constexpr double kMost =
+  constexpr double kMax =
       1e4;  // radius over distance: from the camera to the surface or to look_at, whichever is larger
   const Vec3d eye = to_vec(loaded.scene.camera.eye);
   const double looks = glm::distance(eye, to_vec(loaded.scene.camera.look_at));
@@ -172,7 +172,7 @@ void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notic
     const Affine map(object.transform);
     const double radius = sphere->radius * map.similarity_scale();
     const double distance = std::max(looks, std::abs(glm::distance(map(to_vec(sphere->center)), eye) - radius));
-    if (radius > kMost * distance) {
+    if (radius > kMax * distance) {
       notices.push_back(
           fmt::format("the sphere \"{}\" is so large (radius {:g}) that near the camera its surface is only exact to "
                       "about {:.1g}: use a plane instead",

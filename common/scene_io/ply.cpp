@@ -71,7 +71,7 @@ class PlyReader {
   }
 
  private:
-  static constexpr std::size_t kMostProperties = 100, kMostElements = 100, kMostCorners = 1'000'000;
+  static constexpr std::size_t kMaxProperties = 100, kMaxElements = 100, kMaxCorners = 1'000'000;
 
   template <class... Args>
   Status error(fmt::format_string<Args...> format, Args&&... args) const {
@@ -108,9 +108,9 @@ class PlyReader {
       } else if (keyword == "element") {
         const std::string_view name = take_word(line);
         const std::optional<std::int64_t> count = parse_number<std::int64_t>(take_word(line));
-        if (!count || *count < 0 || elements_.size() == kMostElements) {
+        if (!count || *count < 0 || elements_.size() == kMaxElements) {
           return error("line {}: the number of elements \"{}\" is expected, of at most {} kinds", line_, name,
-                       kMostElements);
+                       kMaxElements);
         }
         elements_.push_back({std::string(name), static_cast<std::uint64_t>(*count), {}});
       } else if (keyword == "property") {
@@ -123,8 +123,8 @@ class PlyReader {
   }
 
   Status read_property(std::string_view line) {
-    if (elements_.empty() || elements_.back().properties.size() == kMostProperties) {
-      return error("line {}: a property must follow an element, which has at most {}", line_, kMostProperties);
+    if (elements_.empty() || elements_.back().properties.size() == kMaxProperties) {
+      return error("line {}: a property must follow an element, which has at most {}", line_, kMaxProperties);
     }
     Property out;
     std::string_view type = take_word(line);
@@ -202,9 +202,9 @@ class PlyReader {
       if (!size) {
         return truncated(element, index);
       }
-      if (!(*size >= 0 && *size <= kMostCorners && *size == std::floor(*size))) {
+      if (!(*size >= 0 && *size <= kMaxCorners && *size == std::floor(*size))) {
         return error("{}[{}].{}: a list of at most {} values is expected, got {}", element.name, index, property.name,
-                     kMostCorners, *size);
+                     kMaxCorners, *size);
       }
       count = static_cast<std::size_t>(*size);
     }

@@ -10,7 +10,7 @@ struct RoughAxes {
   Anisotropy anisotropy = {};
 };
 /// The roughness and anisotropy of these alphas, each in [0, 1]. The conversion is exact. But if they differ, the
-/// smaller one counts as kLeastAnisotropicAlpha at least.
+/// smaller one counts as kMinAnisotropicAlpha at least.
 RoughAxes rough_axes(double alpha_u, double alpha_v);
 
 }  // namespace lightmill

@@ -50,11 +50,11 @@ const SceneFiles& files_on_disk() {
 
 Status UploadedFiles::add(const std::string& path, const Sha256& digest) {
   const std::string name = normal_form(path);
-  if (path.empty() || path.size() > kMostPathBytes || path.find('\0') != std::string::npos ||
+  if (path.empty() || path.size() > kMaxPathBytes || path.find('\0') != std::string::npos ||
       fs::path(path).is_absolute() || name == "." || name.ends_with('/') || name == ".." || name.starts_with("../")) {
     return invalid_argument(
         "the path '{}' of a file must be relative, have 1 to {} bytes, and not lead above its folder",
-        printable(path.substr(0, 200)), kMostPathBytes);
+        printable(path.substr(0, 200)), kMaxPathBytes);
   }
   if (!files_.try_emplace(name, digest).second) {
     return invalid_argument("two files have the path '{}'", printable(name));

@@ -34,7 +34,7 @@ class UploadedFiles final : public SceneFiles {
  public:
   /// Gets the bytes of the file with this digest. It may take long.
   using Fetch = std::function<Result<std::string>(const Sha256& digest)>;
-  static constexpr std::size_t kMostPathBytes = 4096;
+  static constexpr std::size_t kMaxPathBytes = 4096;
 
   explicit UploadedFiles(Fetch fetch) : fetch_(std::move(fetch)) {}
 

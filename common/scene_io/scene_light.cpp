@@ -15,7 +15,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kPoints = 256;
-constexpr double kLeastShare = 0.01;  ///< of the irradiance under a white sky
+constexpr double kMinShare = 0.01;  ///< of the irradiance under a white sky
 
 bool emits(const Light& light) {
   return std::visit(Overloaded{[](const PointLight& l) { return !is_black(l.intensity); },
@@ -184,7 +184,7 @@ bool is_lit(const LoadedScene& loaded) {
       }
     }
   }
-  return lit.empty() || sum >= kLeastShare * static_cast<double>(lit.size());
+  return lit.empty() || sum >= kMinShare * static_cast<double>(lit.size());
 }
 
 }  // namespace lightmill

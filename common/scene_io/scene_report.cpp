@@ -81,10 +81,10 @@ std::vector<std::string> plan_notices(const SceneFacts& facts) {
 Result<SceneReport> report_on(LoadedScene& loaded) {
   SceneReport report;
   LM_RETURN_IF_ERROR(count(loaded, report));
-  append_notices(picture_notices(loaded, true, kMaxBounces), loaded.notices);
+  append_notices(picture_notices(loaded, true, kDefaultBounces), loaded.notices);
   const MeshSource meshes{[&](const Sha256& digest) -> std::optional<std::string> {
     const auto found = loaded.assets.find(digest);
-    return found != loaded.assets.end() && found->second.size() <= MeshSource::kMostBytes ? std::optional(found->second)
+    return found != loaded.assets.end() && found->second.size() <= MeshSource::kMaxBytes ? std::optional(found->second)
                                                                                           : std::nullopt;
   }};
   report.facts = read_facts(loaded.scene, meshes);

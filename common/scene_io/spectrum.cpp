@@ -66,10 +66,10 @@ RgbColor rgb_of(const Xyz& xyz) {
   return {row(0), row(1), row(2)};
 }
 
-/// The numbers of a text file. Bytes beyond 40 × kMostSpectrumSamples are not read. A word that is no number is -1.
+/// The numbers of a text file. Bytes beyond 40 × kMaxSpectrumSamples are not read. A word that is no number is -1.
 std::vector<double> numbers_in(const SourceFile& file) {
   std::vector<double> out;
-  StatementReader lines(std::string_view(file.bytes).substr(0, kMostSpectrumSamples * 40), file.name);
+  StatementReader lines(std::string_view(file.bytes).substr(0, kMaxSpectrumSamples * 40), file.name);
   while (const std::optional<Statement> line = lines.next()) {
     std::string_view rest = line->rest;
     for (std::string_view word = line->keyword; !word.empty(); word = take_word(rest)) {
@@ -99,7 +99,7 @@ Result<Spectrum> read_spectrum(const std::vector<double>& numbers, const std::st
     LM_ASSIGN_OR_RETURN(const SourceFile source, files(file));
     return read_spectrum(numbers_in(source), "", files);
   }
-  bool valid = !numbers.empty() && numbers.size() % 2 == 0 && numbers.size() <= 2 * kMostSpectrumSamples;
+  bool valid = !numbers.empty() && numbers.size() % 2 == 0 && numbers.size() <= 2 * kMaxSpectrumSamples;
   Spectrum out;
   for (std::size_t i = 0; valid && i < numbers.size(); i += 2) {
     valid =
@@ -109,7 +109,7 @@ Result<Spectrum> read_spectrum(const std::vector<double>& numbers, const std::st
   }
   if (!valid) {
     return invalid_argument("pairs of ascending wavelengths and values that are not negative are expected, at most {}",
-                            kMostSpectrumSamples);
+                            kMaxSpectrumSamples);
   }
   return out;
 }

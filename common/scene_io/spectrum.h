@@ -25,7 +25,7 @@ struct Spectrum {
   double at(double nm) const;
 };
 
-inline constexpr std::size_t kMostSpectrumSamples = 100'000;
+inline constexpr std::size_t kMaxSpectrumSamples = 100'000;
 
 /// A spectrum of pairs of a wavelength in nanometres and a value: these numbers, or those of a text file if `file`
 /// names one (comments begin with #). Refused unless there is a pair, the wavelengths ascend, and the values are in

@@ -34,12 +34,12 @@ class StatementReader {
   template <class... Args>
   Status error(fmt::format_string<Args...> format, Args&&... args) const {
     return invalid_argument("{}:{}: {}", file_name_, statement_line_,
-                            cut_text(fmt::format(format, std::forward<Args>(args)...), kMostErrorBytes));
+                            cut_text(fmt::format(format, std::forward<Args>(args)...), kMaxErrorBytes));
   }
   int line() const { return statement_line_; }
 
  private:
-  static constexpr std::size_t kMostErrorBytes = 300;
+  static constexpr std::size_t kMaxErrorBytes = 300;
   std::string_view take_line();
   bool at_end() const { return text_.empty() && piece_.empty(); }
 

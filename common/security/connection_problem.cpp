@@ -175,7 +175,7 @@ constexpr char kData = 0, kHeaders = 1, kSettings = 4;  ///< types of frames
 constexpr char kEndOfStream = 1, kEndOfHeaders = 4;     ///< flags
 constexpr std::size_t kFrameHeadBytes = 9;
 /// Frames of the other side before its answer: settings, pings and windows. A server of ours sends a few.
-constexpr int kMostFrames = 64;
+constexpr int kMaxFrames = 64;
 
 std::string frame(char type, char flags, char stream, std::string_view payload) {
   std::string bytes{0, 0, static_cast<char>(payload.size()), type, flags, 0, 0, 0, stream};
@@ -206,7 +206,7 @@ bool calls(const Send& send, const Receive& receive) {
   if (!send(health_call())) {
     return false;
   }
-  for (int i = 0; i < kMostFrames && receive(head); ++i) {
+  for (int i = 0; i < kMaxFrames && receive(head); ++i) {
     const auto byte = [&](std::size_t at) { return std::size_t{static_cast<unsigned char>(head[at])}; };
     if (head[3] == kHeaders && byte(8) == 1) {
       return true;

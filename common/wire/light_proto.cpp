@@ -111,7 +111,7 @@ Result<SpotLight> spot_light(const std::string& path, const v1::Light& light) {
   out.blend = wire.blend();
   out.radius = wire.radius();
   // Values out of range are reported later, by validate.
-  const double outer = std::clamp(out.cutoff_degrees, kLeastCutoffDegrees, 180.0) * kPiDouble / 180;
+  const double outer = std::clamp(out.cutoff_degrees, kMinCutoffDegrees, 180.0) * kPiDouble / 180;
   const double inner = outer * (1 - std::clamp(out.blend, 0.0, 1.0));
   const double solid_angle = spot_solid_angle(one_minus_cos_fixed(inner), one_minus_cos_fixed(outer));
   LM_ASSIGN_OR_RETURN(out.intensity, light_strength(path, ".spot.intensity", light, wire.has_intensity(),
@@ -154,7 +154,7 @@ Result<DiskLight> one_sided_light(const std::string& path, const v1::Light& ligh
   // Values out of range are reported later, by validate.
   const bool has_area = out.radius > 0 && out.second_radius > 0;
   const double area = has_area ? out.area() : 1;
-  const double spread = std::clamp(out.spread_degrees, kLeastSpreadDegrees, 180.0);
+  const double spread = std::clamp(out.spread_degrees, kMinSpreadDegrees, 180.0);
   const double exitance = spread_exitance_per_radiance(spread * kPiDouble / 180);
   LM_ASSIGN_OR_RETURN(out.radiance,
                       light_strength(path, field + "radiance", light, wire.has_radiance(), wire.radiance(),

@@ -16,10 +16,10 @@ google::protobuf::Duration to_wire(Duration duration) {
   return google::protobuf::util::TimeUtil::NanosecondsToDuration(duration.count());
 }
 
-constexpr std::chrono::hours kMostDuration(24);
+constexpr std::chrono::hours kMaxDuration(24);
 
 Result<Duration> duration_from_wire(std::string_view field, const google::protobuf::Duration& duration) {
-  constexpr std::int64_t kLimitSeconds = std::chrono::seconds(kMostDuration).count();
+  constexpr std::int64_t kLimitSeconds = std::chrono::seconds(kMaxDuration).count();
   if (duration.seconds() < 0 || duration.seconds() > kLimitSeconds || duration.nanos() < 0 ||
       duration.nanos() >= 1'000'000'000) {
     return invalid_argument("{}: must be between 0 and {} s, got {} s and {} ns", field, kLimitSeconds,
@@ -92,7 +92,7 @@ struct RequestWriter {
       wire->add_leases(lease.value);
     }
     if (heartbeat.longest_wait) {
-      *wire->mutable_longest_wait() = to_wire(std::min<Duration>(*heartbeat.longest_wait, kMostDuration));
+      *wire->mutable_longest_wait() = to_wire(std::min<Duration>(*heartbeat.longest_wait, kMaxDuration));
     }
     for (const TileAtWork& tile : heartbeat.at_work) {
       v1::TileAtWork* at_work = wire->add_at_work();

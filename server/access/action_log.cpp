@@ -89,7 +89,7 @@ ActionPage ActionLog::find(const ActionFilter& filter, std::size_t most) const {
   ActionPage page;
   auto at = filter.before == 0 ? entries_.end() : entries_.lower_bound(filter.before);
   for (std::size_t scanned = 0; at != entries_.begin(); ++scanned) {
-    if (page.actions.size() == most || scanned == kMostScanned) {
+    if (page.actions.size() == most || scanned == kMaxScanned) {
       page.next = at->first;
       break;
     }

@@ -76,7 +76,7 @@ class ActionLog {
   Change add(Action action);
 
   /// Limit of entries that one query looks at. This takes tenths of a millisecond for any filter.
-  static constexpr std::size_t kMostScanned = 4'096;
+  static constexpr std::size_t kMaxScanned = 4'096;
   /// Returns at most `most` actions that pass the filter (`most` is at least 1). If the limit above ends the search,
   /// the page is shorter and has a successor.
   ActionPage find(const ActionFilter& filter, std::size_t most) const;

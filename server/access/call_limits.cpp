@@ -25,11 +25,11 @@ TokenBucket& CallLimits::bucket_of(const std::string& caller, Time now) {
   if (const auto found = callers_.find(caller); found != callers_.end()) {
     return found->second;
   }
-  if (callers_.size() >= kMostCallers && now - swept_at_ >= kSweepPause) {
+  if (callers_.size() >= kMaxCallers && now - swept_at_ >= kSweepPause) {
     swept_at_ = now;
     std::erase_if(callers_, [now](const auto& entry) { return entry.second.is_full(now); });
   }
-  return callers_.size() < kMostCallers ? callers_.emplace(caller, bucket()).first->second : others_;
+  return callers_.size() < kMaxCallers ? callers_.emplace(caller, bucket()).first->second : others_;
 }
 
 Status CallLimits::take_request(const std::string& caller, Time now) {

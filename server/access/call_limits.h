@@ -39,7 +39,7 @@ class CallLimits {
 
   std::size_t callers() const { return callers_.size(); }
   /// Callers with their own bucket. The others share one.
-  static constexpr std::size_t kMostCallers = 20'000;
+  static constexpr std::size_t kMaxCallers = 20'000;
   static constexpr std::size_t kEntriesOfARequest = 50;
 
  private:

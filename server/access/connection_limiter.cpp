@@ -12,7 +12,7 @@ namespace {
 /// Open files of an idle process.
 constexpr std::size_t kOwnFiles = 64;
 /// More concurrent handshakes of one address would exceed kPatience.
-constexpr std::size_t kMostUnknown = 1'024;
+constexpr std::size_t kMaxUnknown = 1'024;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ DescriptorPlan plan_descriptors(std::uint64_t files) {
 }
 
 std::size_t ConnectionLimiter::most_unknown() const {
-  return std::clamp<std::size_t>(most_ / 4, 1, kMostUnknown);
+  return std::clamp<std::size_t>(most_ / 4, 1, kMaxUnknown);
 }
 
 std::size_t ConnectionLimiter::most_of(const Identity& caller) const {

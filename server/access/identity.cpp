@@ -4,7 +4,7 @@
 
 namespace lightmill {
 
-Identity anybody() {
+Identity anonymous_identity() {
   return {"", Roles::all(), Proof::none, 0, ""};
 }
 

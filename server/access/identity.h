@@ -28,7 +28,7 @@ struct Identity {
 };
 
 /// The identity of callers where the farm does not authenticate.
-Identity anybody();
+Identity anonymous_identity();
 
 /// UNAUTHENTICATED if the certificate has expired, or has no name or role.
 Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s);

@@ -6,8 +6,8 @@ namespace lightmill {
 
 Result<std::int64_t> LoginSessions::add(std::string_view secret, const Identity& caller, std::int64_t now_unix_s) {
   make_room(caller, now_unix_s);
-  if (logins_.size() >= kMostLogins) {
-    return resource_exhausted("{} browsers are logged in, which is the limit: log out in one of them", kMostLogins);
+  if (logins_.size() >= kMaxLogins) {
+    return resource_exhausted("{} browsers are logged in, which is the limit: log out in one of them", kMaxLogins);
   }
   const std::int64_t latest = now_unix_s + kLoginSeconds;
   const std::int64_t until = caller.until_unix_s == 0 ? latest : std::min(latest, caller.until_unix_s);
@@ -26,7 +26,7 @@ void LoginSessions::make_room(const Identity& caller, std::int64_t now_unix_s) {
       oldest = oldest == logins_.end() || at->second.number < oldest->second.number ? at : oldest;
     }
   }
-  if (of_one >= kMostOfOne) {
+  if (of_one >= kMaxOfOne) {
     logins_.erase(oldest);
   }
 }

@@ -17,9 +17,9 @@ class LoginSessions {
  public:
   /// Longest session. It ends earlier with its token.
   static constexpr std::int64_t kLoginSeconds = std::int64_t{7} * 24 * 60 * 60;
-  static constexpr std::size_t kMostLogins = 2'000;
+  static constexpr std::size_t kMaxLogins = 2'000;
   /// Sessions of one token. A new one replaces the oldest.
-  static constexpr std::size_t kMostOfOne = 100;
+  static constexpr std::size_t kMaxOfOne = 100;
 
   /// Starts a session for `caller`, who authenticated with a token. Returns its end. RESOURCE_EXHAUSTED.
   Result<std::int64_t> add(std::string_view secret, const Identity& caller, std::int64_t now_unix_s);

@@ -43,10 +43,10 @@ std::optional<SuppressedRefusals> RefusalLog::take(const Call& call, const CallS
     found->second = {now, 0};
     return suppressed;
   }
-  if (seen.size() >= kMostRemembered) {
+  if (seen.size() >= kMaxRemembered) {
     std::erase_if(seen, [now](const auto& entry) { return now - entry.second.written_at >= kSameRefusal; });
   }
-  if (seen.size() < kMostRemembered) {
+  if (seen.size() < kMaxRemembered) {
     seen.emplace(key, Seen{now, 0});
   }
   return suppressed;

@@ -29,7 +29,7 @@ struct SuppressedRefusals {
 class RefusalLog {
  public:
   static constexpr Duration kSameRefusal = std::chrono::hours(1);
-  static constexpr std::size_t kMostRemembered = 1'000;
+  static constexpr std::size_t kMaxRemembered = 1'000;
 
   /// Whether to log this refusal now. It is not logged if the same caller got one for the same reason within the hour.
   /// After 100 entries, at most ten per minute are logged, separately for known and unknown callers.

@@ -14,15 +14,15 @@ constexpr Permission permission_for(Right right) {
   switch (right) {
     case Right::submit:
       return {"submit jobs", {Role::submit, Role::operate, Role::admin}};
-    case Right::bring_assets:
+    case Right::upload_assets:
       return {"upload assets", {Role::worker, Role::submit, Role::operate, Role::admin}};
     case Right::see_job:
       return {"see jobs", {Role::view, Role::operate, Role::admin}};
-    case Right::steer_job:
+    case Right::control_job:
       return {"change jobs", {Role::operate, Role::admin}};
     case Right::see_farm:
       return {"see the farm", {Role::view, Role::submit, Role::operate, Role::admin}};
-    case Right::steer_farm:
+    case Right::control_farm:
       return {"drain, quarantine or release workers", {Role::operate, Role::admin}};
     case Right::fetch_assets:
       return {"read assets", {Role::worker, Role::operate, Role::admin}};
@@ -39,7 +39,7 @@ constexpr Permission permission_for(Right right) {
 /// Roles that may do this with their own jobs.
 constexpr Roles roles_for_own(Right right) {
   Roles roles = permission_for(right).roles;
-  if (right == Right::see_job || right == Right::steer_job) {
+  if (right == Right::see_job || right == Right::control_job) {
     roles.add(Role::submit);
   }
   return roles;

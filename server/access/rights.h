@@ -18,11 +18,11 @@ namespace lightmill {
 /// Kind of permission that a call needs.
 enum class Right {
   submit,        ///< submit jobs
-  bring_assets,  ///< upload assets with jobs, or found in scene files by workers
+  upload_assets,  ///< upload assets with jobs, or found in scene files by workers
   see_job,       ///< read a job and its film
-  steer_job,     ///< change a job's state, goal or priority
+  control_job,     ///< change a job's state, goal or priority
   see_farm,      ///< read the state of the farm
-  steer_farm,    ///< change the state of workers
+  control_farm,    ///< change the state of workers
   fetch_assets,  ///< read the assets of jobs
   work,          ///< render
   administer,    ///< manage tokens and read the log
@@ -42,7 +42,7 @@ inline constexpr std::string_view kWorkerService = "lightmill.v1.WorkerService";
 inline constexpr std::string_view kAccessService = "lightmill.v1.AccessService";
 inline constexpr std::string_view kScalerService = "externalscaler.ExternalScaler";
 
-inline constexpr Rpc kUploadAsset{kRenderService, "UploadAsset", Right::bring_assets};
+inline constexpr Rpc kUploadAsset{kRenderService, "UploadAsset", Right::upload_assets};
 inline constexpr Rpc kDownloadAsset{kRenderService, "DownloadAsset", Right::fetch_assets};
 inline constexpr Rpc kWatchJob{kRenderService, "WatchJob", Right::see_job};
 inline constexpr Rpc kGetFilm{kRenderService, "GetFilm", Right::see_job};

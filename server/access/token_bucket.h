@@ -11,7 +11,7 @@ namespace lightmill {
 class TokenBucket {
  public:
   /// Tokens per second, and size of the bucket. Both are positive.
-  TokenBucket(double per_second, double at_once) : per_second_(per_second), at_once_(at_once), left_(at_once) {}
+  TokenBucket(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
 
   /// Takes a token, if there is one.
   bool take(Time now) {
@@ -36,14 +36,14 @@ class TokenBucket {
     return there >= 1 ? Duration::zero() : from_seconds((1 - there) / per_second_);
   }
   /// Whether the bucket is full again.
-  bool is_full(Time now) const { return left(now) >= at_once_; }
+  bool is_full(Time now) const { return left(now) >= burst_; }
 
  private:
   double left(Time now) const {
-    return now <= filled_at_ ? left_ : std::min(at_once_, left_ + per_second_ * to_seconds(now - filled_at_));
+    return now <= filled_at_ ? left_ : std::min(burst_, left_ + per_second_ * to_seconds(now - filled_at_));
   }
 
-  double per_second_, at_once_, left_;
+  double per_second_, burst_, left_;
   Time filled_at_{};
 };
 

@@ -9,13 +9,13 @@
 namespace lightmill {
 namespace {
 
-constexpr float kMostHalf = 65504;
+constexpr float kMaxHalf = 65504;
 /// Rec. 709, as sRGB has it.
 constexpr std::array<float, kBeautyChannels> kLuminance{0.2126f, 0.7152f, 0.0722f};
 
 std::string half_bytes(const std::vector<float>& values) {
   std::string bytes(values.size() * 2, '\0');
-  const __m128 most = _mm_set1_ps(kMostHalf);
+  const __m128 most = _mm_set1_ps(kMaxHalf);
   for (std::size_t i = 0; i < values.size(); i += 4) {
     const __m128 clamped = _mm_max_ps(_mm_min_ps(_mm_loadu_ps(&values[i]), most), _mm_sub_ps(_mm_setzero_ps(), most));
     _mm_storel_epi64(reinterpret_cast<__m128i*>(&bytes[2 * i]), _mm_cvtps_ph(clamped, _MM_FROUND_TO_NEAREST_INT));

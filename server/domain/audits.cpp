@@ -9,7 +9,7 @@ namespace lightmill {
 namespace {
 
 /// Number of claims, all different, after which no further identity is asked.
-constexpr std::size_t kMostClaims = 5;
+constexpr std::size_t kMaxClaims = 5;
 
 }  // namespace
 
@@ -185,7 +185,7 @@ bool Audits::are_done(const Job& job, Time now) const {
 }
 
 bool Audits::another_may_decide(const Job& job, const PendingAudits::Entry& dispute, Time now) const {
-  return dispute.claims.size() < kMostClaims && std::ranges::any_of(renderers_for(job, now), [&](const Renderer& by) {
+  return dispute.claims.size() < kMaxClaims && std::ranges::any_of(renderers_for(job, now), [&](const Renderer& by) {
            return PendingAudits::may_audit(dispute, by);
          });
 }

@@ -10,10 +10,10 @@ namespace {
 constexpr Duration kCheckInterval = std::chrono::milliseconds(100);
 /// Limits of a search on large farms: the latest leases, and pairs of lease and worker. For each kLeasesPerCheck
 /// leases the next search comes one interval later.
-constexpr std::size_t kMostLate = 64, kPairsPerCheck = 20000, kLeasesPerCheck = 2000;
+constexpr std::size_t kMaxLate = 64, kPairsPerCheck = 20000, kLeasesPerCheck = 2000;
 /// The expected time of the copy, times kCopyGain, plus kCopySeconds for sending, must be less than the remaining time.
 constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
-constexpr double kLeastTileSeconds = 1e-6;  ///< also for a job without results
+constexpr double kMinTileSeconds = 1e-6;  ///< also for a job without results
 
 }  // namespace
 
@@ -35,12 +35,12 @@ double Copies::seconds_left(const Lease& lease, Time now) const {
     if (each.is_pilot() || !each.sent) {
       continue;
     }
-    const double expected = std::max(tile_seconds(worker, each), kLeastTileSeconds);
+    const double expected = std::max(tile_seconds(worker, each), kMinTileSeconds);
     if (slowdown == 0) {
       // The worker renders its oldest lease. The tile in work takes at least as long as the worker is silent.
       const double silent = to_seconds(now - std::max(worker.result_at(), each.granted));
       slowdown = std::max(1.0, silent / expected);
-      least = to_seconds(now - each.got_on);  // results of other leases do not count
+      least = to_seconds(now - each.last_progress);  // results of other leases do not count
     }
     least = std::max(least, expected * slowdown);  // of one tile, however many threads the worker claims
     seconds += each.remaining * expected * slowdown / worker.threads();
@@ -68,7 +68,7 @@ std::vector<Copies::Late> Copies::late_leases(Time now) const {
     }
   }
   std::ranges::sort(late, {}, [](const Late& each) { return std::pair(-each.seconds, each.lease); });
-  late.resize(std::min(late.size(), kMostLate));
+  late.resize(std::min(late.size(), kMaxLate));
   return late;
 }
 

@@ -29,9 +29,9 @@ void FarmEvents::add(std::int64_t unix_ms, Note note, std::string owner) {
                                      [&](const RecordedEvent& each) { return each.note.job == note.job; });
     owner = before == events_.rend() ? "" : before->owner;
   }
-  note.text = cut_text(printable(note.text), kMostTextBytes);
+  note.text = cut_text(printable(note.text), kMaxTextBytes);
   events_.push_back({next_++, unix_ms, std::move(note), std::move(owner)});
-  if (events_.size() > kMost) {
+  if (events_.size() > kMax) {
     events_.pop_front();
   }
 }

@@ -21,7 +21,7 @@ struct RecordedEvent {
 /// The last 5,000 events, a few MB. Not thread-safe.
 class FarmEvents {
  public:
-  static constexpr std::size_t kMost = 5'000, kMostTextBytes = 1'000;
+  static constexpr std::size_t kMax = 5'000, kMaxTextBytes = 1'000;
 
   enum class Kind { all, warnings, jobs, workers };  ///< the last two: events of any job, or of any worker
   /// By default, all events.

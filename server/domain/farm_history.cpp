@@ -74,7 +74,7 @@ void FarmHistory::add(const FarmLoad& load, Time now, std::int64_t unix_ms) {
 FarmHistory::WorkerHistory* FarmHistory::count(const WorkerCount& worker) {
   auto found = workers_.find(worker.name);
   if (found == workers_.end()) {
-    if (workers_.size() >= kMostWorkers) {
+    if (workers_.size() >= kMaxWorkers) {
       return nullptr;
     }
     found = workers_.try_emplace(worker.name).first;

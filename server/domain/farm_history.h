@@ -49,7 +49,7 @@ class FarmHistory {
   static constexpr std::size_t kFine = 360, kCoarse = 288, kMinutes = 60;
   static constexpr int kFineInCoarse = 30, kFineInMinute = 6;
   /// Further workers are not recorded until others have been gone for an hour.
-  static constexpr std::size_t kMostWorkers = 20'000;
+  static constexpr std::size_t kMaxWorkers = 20'000;
 
   /// When `add` is due.
   Time next() const { return next_; }

@@ -18,7 +18,7 @@ struct FarmTotals {
   std::uint64_t units_leased = 0;  ///< with copies, pilots and audits
   std::uint64_t units_lost = 0;
   std::uint64_t results_merged = 0;
-  std::uint64_t results_repeated = 0;  ///< of samples that were merged before
+  std::uint64_t results_duplicate = 0;  ///< of samples that were merged before
   std::uint64_t results_audited = 0;   ///< an audit gave the same bits
   std::uint64_t results_wrong = 0;     ///< each put a worker into quarantine
   std::uint64_t pixel_samples = 0;     ///< merged

@@ -141,7 +141,7 @@ std::vector<WorkerStatus> FarmView::workers(Time now, const WorkerFilter& filter
 namespace {
 
 /// Pairs of job and worker. A job that waits may have to be compared with all workers.
-constexpr std::size_t kMostExplained = 1'000'000;
+constexpr std::size_t kMaxExplained = 1'000'000;
 
 }  // namespace
 
@@ -169,7 +169,7 @@ FarmGauges FarmView::gauges(Time now) const {
   farm.units_out = leases_.all().size();
   for (const auto& [id, job] : jobs_.all()) {
     ++farm.jobs[static_cast<std::size_t>(job->shown_state())];
-    if (const Wait wait = explained <= kMostExplained ? waits_.of(*job, now, kinds) : Wait{}; !wait.text.empty()) {
+    if (const Wait wait = explained <= kMaxExplained ? waits_.of(*job, now, kinds) : Wait{}; !wait.text.empty()) {
       ++farm.waits[static_cast<std::size_t>(wait.reason)];
       explained += workers_.all().size();
     }

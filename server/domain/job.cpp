@@ -337,7 +337,7 @@ bool Job::has_gaps() const {
 bool Job::error_met() const {
   const double goal = spec().goal.error;
   const std::uint64_t count = outline().frame_samples();
-  return goal > 0 && next_error_count(count) == count && outline().has_just(count) && !has_gaps() &&
+  return goal > 0 && next_error_count(count) == count && outline().has_exactly(count) && !has_gaps() &&
          meets(has_film() ? error_.update_all(film()) : frame_error(), goal);
 }
 

@@ -13,7 +13,7 @@ namespace lightmill {
 namespace {
 
 /// More than a thousand fast threads render.
-constexpr double kMostPixelSamplesPerSecond = 1e9;
+constexpr double kMaxPixelSamplesPerSecond = 1e9;
 
 }  // namespace
 
@@ -23,10 +23,10 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
   int parts = std::popcount(spec.goal.samples);
   if (spec.goal.seconds > 0) {
     // It may stop at any count up to `most`. A count with all bits set has most parts.
-    double most = std::ceil(spec.goal.seconds * kMostPixelSamplesPerSecond / static_cast<double>(pixels));
+    double most = std::ceil(spec.goal.seconds * kMaxPixelSamplesPerSecond / static_cast<double>(pixels));
     most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : most_samples(spec.goal)));
     parts =
-        std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1 + (spec.goal.adaptive ? Allocation::kMostShift : 0);
+        std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1 + (spec.goal.adaptive ? Allocation::kMaxShift : 0);
   }
   parts = std::max(parts, spec.goal.error > 0 ? 2 : 1);
   // The first samples lie in at most four of the parts.

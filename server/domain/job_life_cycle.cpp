@@ -229,7 +229,7 @@ void JobLifeCycle::expire_leases(const Event& event) {
     const Lease lease = leases_.at(*id);
     if (leases_.is_idle(lease, event.now)) {
       end_lease(*id, {.cancel = true, .lost = true}, event);
-      leave_to_others(lease, event.now - lease.got_on, event);
+      leave_to_others(lease, event.now - lease.last_progress, event);
     } else {
       lose_lease(*id, true, event);
       workers_.fell_silent(lease.worker);
@@ -244,7 +244,7 @@ void JobLifeCycle::given_back(const Lease& lease, const Event& event) {
   if (job == nullptr || worker == nullptr) {
     return;
   }
-  const Duration silence = job->add_silence(worker->identity(), event.now - lease.got_on);
+  const Duration silence = job->add_silence(worker->identity(), event.now - lease.last_progress);
   if (silence >= limits_.result_patience()) {
     leave_to_others(lease, silence, event);
   }

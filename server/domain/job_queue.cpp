@@ -6,9 +6,9 @@ namespace {
 /// Time of the whole farm, in units, that a job's first picture gets before other jobs get their share.
 constexpr double kFreshUnits = 2;
 /// Shorter preparations are normal.
-constexpr double kLeastPreparationSeconds = 1;
+constexpr double kMinPreparationSeconds = 1;
 /// First pictures of owners with more preparation time do not go before the work of others, in seconds.
-constexpr double kMostOwedOfFresh = 2;
+constexpr double kMaxOwedOfFresh = 2;
 /// An owner's preparation time is forgotten after this time without preparations.
 constexpr Duration kDebtMemory = std::chrono::hours(1);
 
@@ -29,7 +29,7 @@ void JobQueue::add_lost(const Job& job, double seconds) {
 }
 
 void JobQueue::add_preparation(const Job& job, double seconds, Time now) {
-  if (seconds < kLeastPreparationSeconds) {
+  if (seconds < kMinPreparationSeconds) {
     return;
   }
   std::erase_if(debts_, [&](const auto& entry) { return now >= entry.second.last + kDebtMemory; });
@@ -81,7 +81,7 @@ bool JobQueue::is_fresh(const Job& job) const {
   const double head_start =
       kFreshUnits * limits_.unit_seconds * static_cast<double>(std::max<std::uint64_t>(workers_.threads(), 1));
   return job.plan().first_round() && given_seconds(job) - shares_.at(job.id()).at_start < head_start &&
-         owed_seconds(job) < kMostOwedOfFresh;
+         owed_seconds(job) < kMaxOwedOfFresh;
 }
 
 }  // namespace lightmill

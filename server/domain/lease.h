@@ -22,7 +22,7 @@ struct Lease {
   std::vector<bool> done = {};  ///< for each tile of the unit: merged, or no longer wanted from this lease
   std::uint32_t remaining = 0;  ///< count of tiles that are not done
   Time granted = {};            ///< when its grant was sent
-  Time got_on = {};          ///< last progress: a result, the sent grant, or that it became its worker's oldest lease
+  Time last_progress = {};          ///< last progress: a result, the sent grant, or that it became its worker's oldest lease
   Time deadline = {};        ///< when it expires; Time::max(): never
   bool abandoned = false;    ///< its worker's stream is broken
   bool sent = true;          ///< false while its grant waits for a commit, and the worker does not know it

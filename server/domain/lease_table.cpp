@@ -23,7 +23,7 @@ bool LeaseTable::is_oldest(const Lease& lease) const {
 }
 
 bool LeaseTable::is_idle(const Lease& lease, Time now) const {
-  return is_oldest(lease) && now >= lease.got_on + limits_.result_patience();
+  return is_oldest(lease) && now >= lease.last_progress + limits_.result_patience();
 }
 
 bool LeaseTable::is_preparation(const Lease& lease) const {
@@ -33,7 +33,7 @@ bool LeaseTable::is_preparation(const Lease& lease) const {
 void LeaseTable::prepared(LeaseId id, double rendering_seconds, Time now) {
   const Lease& lease = leases_.at(id);
   if (is_worked_on(lease)) {
-    queue_.add_preparation(jobs_.at(lease.unit.job), to_seconds(now - lease.got_on) - rendering_seconds, now);
+    queue_.add_preparation(jobs_.at(lease.unit.job), to_seconds(now - lease.last_progress) - rendering_seconds, now);
   }
 }
 
@@ -59,7 +59,7 @@ const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) 
   lease.worker_since = worker.connected_at();
   lease.done.assign(lease.unit.tiles.size(), false);
   lease.remaining = static_cast<std::uint32_t>(lease.unit.tiles.size());
-  lease.granted = lease.got_on = now;
+  lease.granted = lease.last_progress = now;
   set_deadline(lease, now + limits_.lease_duration);
   job.lease_opened(lease, now);
   worker.lent(lease);
@@ -105,7 +105,7 @@ void LeaseTable::was_sent(LeaseId id, Time now) {
   Lease& lease = leases_.at(id);
   if (!lease.sent) {
     lease.sent = true;
-    lease.granted = lease.got_on = now;
+    lease.granted = lease.last_progress = now;
     renew(id, now);
     jobs_.at(lease.unit.job).lease_sent(now);
   }
@@ -149,7 +149,7 @@ void LeaseTable::tile_done(LeaseId id, TileId tile, bool by_its_worker, const Ev
   Lease& lease = leases_.at(id);
   Worker& worker = workers_.at(lease.worker);
   if (by_its_worker) {
-    lease.got_on = event.now;
+    lease.last_progress = event.now;
   } else {
     note_silence(worker, lease, event.now);
   }
@@ -223,15 +223,15 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   const bool was_oldest = is_oldest(lease);
   if (was_oldest && !lease.audits && (lost || (how.cancel && lease.remaining > 0))) {
     // One thread, because a worker may claim many that it does not have.
-    queue_.add_lost(job, to_seconds(event.now - lease.got_on));
+    queue_.add_lost(job, to_seconds(event.now - lease.last_progress));
   }
   if (lease.sent && (was_oldest || lease.is_pilot()) && (lease.is_pilot() || lease.remaining > 0) &&
       is_preparation(lease)) {
-    queue_.add_preparation(job, to_seconds(event.now - lease.got_on), event.now);
+    queue_.add_preparation(job, to_seconds(event.now - lease.last_progress), event.now);
   }
   worker.ended(lease);
   if (was_oldest && !worker.leases().empty()) {
-    leases_.at(*worker.leases().begin()).got_on = event.now;  // the worker starts it now
+    leases_.at(*worker.leases().begin()).last_progress = event.now;  // the worker starts it now
   }
   job.lease_ended(lease, lost, event.now);
   if (lost) {
@@ -264,7 +264,7 @@ void LeaseTable::set_deadline(Lease& lease, Time deadline) {
 
 void LeaseTable::renew(LeaseId id, Time now) {
   if (Lease& lease = leases_.at(id); lease.sent) {
-    const Time idle_at = is_oldest(lease) ? lease.got_on + limits_.result_patience() : Time::max();
+    const Time idle_at = is_oldest(lease) ? lease.last_progress + limits_.result_patience() : Time::max();
     set_deadline(lease, std::min(now + limits_.lease_duration, idle_at));
   }
 }
@@ -285,7 +285,7 @@ void LeaseTable::resume(LeaseId id, Time now) {
 
 void LeaseTable::extend_all(Duration late, Time now) {
   for (auto& [id, lease] : leases_) {
-    lease.got_on = std::min(lease.got_on + late, now);
+    lease.last_progress = std::min(lease.last_progress + late, now);
     const Duration duration = lease.abandoned ? limits_.disconnect_grace : limits_.lease_duration;
     set_deadline(lease, std::max(lease.deadline, now + duration));
   }

@@ -63,7 +63,7 @@ Verdict judge(std::span<const Claim> claims) {
 std::vector<std::string> PendingAudits::losers(const Entry& entry) {
   std::vector<std::string> losers;
   for (const auto& [identity, times] : entry.lost) {
-    if (times >= kMostLost) {
+    if (times >= kMaxLost) {
       losers.push_back(identity);
     }
   }
@@ -105,7 +105,7 @@ void PendingAudits::list(const Key& key, const Entry& entry) {
     ++out_;
   } else if (is_disputed(entry)) {
     disputed_.insert(key);
-  } else if (losers_of_it < kMostLosers) {
+  } else if (losers_of_it < kMaxLosers) {
     waiting_[group_of(entry)].insert(key);
   }
 }
@@ -190,7 +190,7 @@ bool PendingAudits::may_claim(const Entry& entry, const Renderer& by) {
 
 bool PendingAudits::may_audit(const Entry& entry, const Renderer& by) {
   const auto lost = entry.lost.find(by.identity);
-  return may_claim(entry, by) && (lost == entry.lost.end() || lost->second < kMostLost);
+  return may_claim(entry, by) && (lost == entry.lost.end() || lost->second < kMaxLost);
 }
 
 std::vector<PendingAudits::Key> PendingAudits::next_for(const Renderer& by, std::size_t most) const {

@@ -67,9 +67,9 @@ class PendingAudits {
     bool chosen = true;                              ///< selected for audit; else it is here only while claims differ
   };
   /// An identity that lost this number of leases of a place no longer gets it. Other identities do.
-  static constexpr std::uint32_t kMostLost = 5;
-  /// A place that this number of identities lost kMostLost times is not leased again, because it may be the cause.
-  static constexpr std::size_t kMostLosers = 3;
+  static constexpr std::uint32_t kMaxLost = 5;
+  /// A place that this number of identities lost kMaxLost times is not leased again, because it may be the cause.
+  static constexpr std::size_t kMaxLosers = 3;
 
   /// Opens an audit of the result that `first` claims. Not `chosen`: the caller then adds a second claim, which
   /// differs. Replaces an earlier entry of the place.

@@ -6,12 +6,12 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kSearchInterval = std::chrono::seconds(1);
-/// Time of a preparation before it can be preempted. Each preemption doubles it for that job, up to kMostDoublings
+/// Time of a preparation before it can be preempted. Each preemption doubles it for that job, up to kMaxDoublings
 /// times. So a scene that takes long is prepared in the end.
 constexpr Duration kPreparationPatience = std::chrono::seconds(10);
-constexpr std::uint32_t kMostDoublings = 6;
+constexpr std::uint32_t kMaxDoublings = 6;
 /// Jobs for which one search finds a worker.
-constexpr std::size_t kMostHeldUp = 32;
+constexpr std::size_t kMaxHeldUp = 32;
 
 }  // namespace
 
@@ -50,9 +50,9 @@ const Lease* Preparations::longest_before(const Job& job, Time now) const {
     const Job& other = jobs_.at(lease->unit.job);
     const auto times = preempted_.find(other.id());
     const Duration patience =
-        kPreparationPatience * (1 << (times == preempted_.end() ? 0 : std::min(times->second, kMostDoublings)));
+        kPreparationPatience * (1 << (times == preempted_.end() ? 0 : std::min(times->second, kMaxDoublings)));
     if (other.spec().owner != job.spec().owner && other.spec().priority <= job.spec().priority &&
-        now >= lease->got_on + patience && (longest == nullptr || lease->got_on < longest->got_on)) {
+        now >= lease->last_progress + patience && (longest == nullptr || lease->last_progress < longest->last_progress)) {
       longest = lease;
     }
   }
@@ -64,7 +64,7 @@ void Preparations::preempt(const Lease& lease, const Job& job, const Event& even
   const Job& other = jobs_.at(lease.unit.job);
   event.info(about(other.id(), worker.name(), lease.id),
              "worker {} leaves job {}, which it has prepared for {:.0f} s, because job {} of another user waits",
-             worker.name(), other.id().value, to_seconds(event.now - lease.got_on), job.id().value);
+             worker.name(), other.id().value, to_seconds(event.now - lease.last_progress), job.id().value);
   ++preempted_[other.id()];
   for (const LeaseId id : std::set(worker.leases())) {
     if (const Lease& each = leases_.at(id); each.unit.job == other.id() && leases_.is_preparation(each)) {
@@ -85,7 +85,7 @@ void Preparations::tick(const Event& event) {
   });
   std::vector<JobId> held_up;
   for (const auto& [id, job] : jobs_.all()) {
-    if (held_up.size() < kMostHeldUp && is_held_up(*job)) {
+    if (held_up.size() < kMaxHeldUp && is_held_up(*job)) {
       held_up.push_back(id);
     }
   }

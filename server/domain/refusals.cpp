@@ -10,9 +10,9 @@ namespace lightmill {
 namespace {
 
 /// Identities whose own limits are remembered. Workers of further ones get the job again at once.
-constexpr std::size_t kMostIdentities = 1000;
+constexpr std::size_t kMaxIdentities = 1000;
 /// More renderers are not remembered. Of so many, some do not refuse.
-constexpr std::size_t kMostRenderers = 64;
+constexpr std::size_t kMaxRenderers = 64;
 /// Busy workers of others ask for work sooner than this.
 constexpr Duration kSilenceDelay = std::chrono::seconds(30);
 
@@ -25,7 +25,7 @@ void Refusals::add(const std::string& identity, const std::string& worker, const
 void Refusals::rendered_by(const std::string& identity) {
   refuted_ = refuted_ || (!empty() && !excludes(identity));
   silence_.erase(identity);
-  if (renderers_.size() < kMostRenderers) {
+  if (renderers_.size() < kMaxRenderers) {
     renderers_.insert(identity);
   }
 }
@@ -58,7 +58,7 @@ std::string Refusals::reason_to_wait() const {
 }
 
 void Refusals::count(std::map<std::string, LeftToOthers>& rows, const std::string& identity, Time now) {
-  if (rows.size() < kMostIdentities || rows.contains(identity)) {
+  if (rows.size() < kMaxIdentities || rows.contains(identity)) {
     LeftToOthers& row = rows[identity];
     ++row.times;
     row.last = now;
@@ -75,7 +75,7 @@ void Refusals::held_in_silence(const std::string& identity, Time now) {
 }
 
 Duration Refusals::add_silence(const std::string& identity, Duration time) {
-  return silence_.size() < kMostIdentities || silence_.contains(identity) ? silence_[identity] += time : time;
+  return silence_.size() < kMaxIdentities || silence_.contains(identity) ? silence_[identity] += time : time;
 }
 
 Time Refusals::may_have_from(const std::string& identity, Time connected_at) const {

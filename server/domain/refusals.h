@@ -66,7 +66,7 @@ class Refusals {
   };
   static void count(std::map<std::string, LeftToOthers>& rows, const std::string& identity, Time now);
   std::vector<Refusal> refusals_;    ///< each identity once
-  std::set<std::string> renderers_;  ///< identities, up to kMostRenderers
+  std::set<std::string> renderers_;  ///< identities, up to kMaxRenderers
   bool refuted_ = false;
   std::map<std::string, LeftToOthers> left_to_others_, held_in_silence_;  ///< by identity
   std::map<std::string, Duration> silence_;                               ///< by identity, see add_silence()

@@ -161,7 +161,7 @@ void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& 
 }
 
 void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event) {
-  ++totals_.results_repeated;
+  ++totals_.results_duplicate;
   if (differs && !job.spec().allow_mixed) {
     event.warn(
         about(job.id(), by.worker),

@@ -244,7 +244,7 @@ void Scheduler::update_result_rate(const Event& event) {
   }
   std::vector<Duration> waits;
   for (auto& [identity, of_workers] : by_identity) {
-    waits.push_back(middle_of(of_workers));
+    waits.push_back(median_of(of_workers));
   }
   if (!result_rate_.update(waits, event.now)) {
     return;

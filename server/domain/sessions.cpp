@@ -11,7 +11,7 @@ namespace {
 /// Most threads of one worker.
 constexpr std::uint32_t kMaxThreads = 4096;
 /// Leases that a hello may list. An honest worker has at most 16.
-constexpr std::size_t kMostHeld = 1'000;
+constexpr std::size_t kMaxHeld = 1'000;
 /// Of all workers together, if all had the interval of the newest one.
 constexpr int kHeartbeatsPerSecond = 500;
 
@@ -110,7 +110,7 @@ std::optional<LeaseId> Sessions::take_back_held(Worker& worker, const WorkerHell
     if (kept.contains(held.lease)) {
       continue;
     }
-    const Adoption adopted = ++tried <= kMostHeld ? adopt(worker, held, event) : Adoption::unwanted;
+    const Adoption adopted = ++tried <= kMaxHeld ? adopt(worker, held, event) : Adoption::unwanted;
     if (adopted == Adoption::adopted) {
       kept.insert(held.lease);
     } else {

@@ -161,12 +161,12 @@ std::string WaitReasons::reason_of_standstill(const Job& job, Time now) const {
   const Lease* oldest = nullptr;
   for (const LeaseId id : job.leases()) {
     const Lease& lease = leases_.at(id);
-    if (now < lease.got_on + kStandstill) {
+    if (now < lease.last_progress + kStandstill) {
       return "";
     }
-    oldest = oldest == nullptr || lease.got_on < oldest->got_on ? &lease : oldest;
+    oldest = oldest == nullptr || lease.last_progress < oldest->last_progress ? &lease : oldest;
   }
-  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker, to_seconds(now - oldest->got_on));
+  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker, to_seconds(now - oldest->last_progress));
 }
 
 }  // namespace lightmill

@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-constexpr double kLeastUnitScale = 1.0 / 64;
+constexpr double kMinUnitScale = 1.0 / 64;
 /// Most searches for silent workers per `silence`. Each search visits all workers.
 constexpr int kSilenceChecks = 20;
 
@@ -40,7 +40,7 @@ void Worker::ended(const Lease& lease) {
 void Worker::lost(const Lease& lease, Time now) {
   ++leases_lost_;
   if (!lease.is_pilot()) {
-    unit_scale_ = std::max(unit_scale_ / 2, kLeastUnitScale);
+    unit_scale_ = std::max(unit_scale_ / 2, kMinUnitScale);
   } else {
     pilots_from_ = now + retry_delay(++pilots_lost_);  // the worker's next heartbeat after that serves it again
   }

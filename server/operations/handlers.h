@@ -74,7 +74,7 @@ Handler named(const std::string& (Request::*name)() const, Status (*apply)(Opera
 }
 
 /// Limit for the files of one inspection together. A worker has them in memory beside the scenes that it renders.
-inline constexpr std::uint64_t kMostInspectedBytes = std::uint64_t{512} << 20;
+inline constexpr std::uint64_t kMaxInspectedBytes = std::uint64_t{512} << 20;
 
 /// Gives a submitted job what its sender left out: the whole film as crop, the layer beauty, the method auto, and the
 /// renderer version of this program.

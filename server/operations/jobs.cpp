@@ -11,7 +11,7 @@ namespace {
 constexpr Rpc kGetJob{kRenderService, "GetJob", Right::see_job};
 
 constexpr Rpc steering_job(std::string_view method) {
-  return {kRenderService, method, Right::steer_job, kRecorded};
+  return {kRenderService, method, Right::control_job, kRecorded};
 }
 
 /// Replies with the job after the change, if that succeeded. The reply is sent when the change is durable.

@@ -14,7 +14,7 @@ namespace lightmill::handlers {
 namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
-constexpr int kMostDigests = 10'000;
+constexpr int kMaxDigests = 10'000;
 
 /// From now on, assets of the job that no user sent count as the submitter's, such as textures that a worker found in
 /// a scene's files.
@@ -33,11 +33,11 @@ Status take_assets(const JobSpec& spec, const Identity& submitter, AssetStore& a
 MeshSource small_meshes(const AssetStore& assets) {
   return {[&assets](const Sha256& digest) -> std::optional<std::string> {
     const Result<std::uint64_t> size = assets.size(digest);
-    if (!size.ok() || *size > MeshSource::kMostBytes) {
+    if (!size.ok() || *size > MeshSource::kMaxBytes) {
       return std::nullopt;
     }
     const auto reader = assets.open_asset(digest);
-    Result<std::string> bytes = reader.ok() ? (*reader)->next(MeshSource::kMostBytes) : reader.status();
+    Result<std::string> bytes = reader.ok() ? (*reader)->next(MeshSource::kMaxBytes) : reader.status();
     return bytes.ok() && bytes->size() == *size ? std::optional(std::move(*bytes)) : std::nullopt;
   }};
 }
@@ -122,20 +122,20 @@ Status check_files(const InspectionRequest& request, const AssetStore& assets) {
     }
     bytes += *size;
   }
-  return bytes <= kMostInspectedBytes
+  return bytes <= kMaxInspectedBytes
              ? ok_status()
              : resource_exhausted(
                    "the {} files have {} MiB, more than the {} that one inspection may read: `lightmill submit` "
                    "reads them where they are",
-                   request.files.size(), bytes >> 20, kMostInspectedBytes >> 20);
+                   request.files.size(), bytes >> 20, kMaxInspectedBytes >> 20);
 }
 
 namespace {
 
 Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
                            v1::FindMissingAssetsResponse* reply) {
-  if (request.digests_size() > kMostDigests) {
-    return invalid_argument("digests: {} are more than the limit of {}", request.digests_size(), kMostDigests);
+  if (request.digests_size() > kMaxDigests) {
+    return invalid_argument("digests: {} are more than the limit of {}", request.digests_size(), kMaxDigests);
   }
   for (const std::string& bytes : request.digests()) {
     const Result<Sha256> digest = digest_from_bytes(bytes);
@@ -227,7 +227,7 @@ std::vector<Operation> submission_operations() {
        "POST jobs",
        in_two_steps(submit_job),
        {.most_body_bytes = 24 * kMiB}},
-      {{kRenderService, "FindMissingAssets", Right::bring_assets},
+      {{kRenderService, "FindMissingAssets", Right::upload_assets},
        "POST assets/missing",
        at_once(find_missing_assets),
        {.most_body_bytes = kMiB}},

@@ -11,7 +11,7 @@ namespace {
 constexpr std::string_view kMetric = "wanted-workers";
 
 constexpr Rpc steering_farm(std::string_view method) {
-  return {kRenderService, method, Right::steer_farm, kRecorded};
+  return {kRenderService, method, Right::control_farm, kRecorded};
 }
 
 constexpr Rpc scaling(std::string_view method) {

@@ -44,7 +44,7 @@ void FarmLoop::set_handlers(Handlers handlers) {
 
 bool FarmLoop::post(Task task, std::uint64_t bytes) {
   const MutexLock lock(mutex_);
-  const bool fits = task_bytes_ == 0 || task_bytes_ + bytes <= kMostTaskBytes;
+  const bool fits = task_bytes_ == 0 || task_bytes_ + bytes <= kMaxTaskBytes;
   if (stopping_ || tasks_.size() >= kMaxTasks || !fits) {
     return false;
   }

@@ -84,7 +84,7 @@ class FarmLoop {
   /// Call once, before the first worker connects. They are called as long as the loop runs.
   void set_handlers(Handlers handlers);
   /// Bytes of requests whose tasks wait.
-  static constexpr std::uint64_t kMostTaskBytes = std::uint64_t{128} << 20;
+  static constexpr std::uint64_t kMaxTaskBytes = std::uint64_t{128} << 20;
   /// Queues a task that keeps `bytes` bytes of a request. If too many tasks or bytes wait, or the loop has stopped, it
   /// returns false and does not run the task. A task that finds the queue empty may have any size. Thread-safe.
   [[nodiscard]] bool post(Task task, std::uint64_t bytes = 0);

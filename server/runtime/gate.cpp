@@ -18,7 +18,7 @@ Result<Identity> Gate::identify(const Credentials& credentials) const {
     return identify_bearer(*credentials.authorization);
   }
   if (!options_.authenticates) {
-    return anybody();
+    return anonymous_identity();
   }
   if (!credentials.certificate.empty()) {
     LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(credentials.certificate));

@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostJoinedAcks = 10'000;
+constexpr std::size_t kMaxJoinedAcks = 10'000;
 
 std::uint64_t bytes_of(const RenderSettings& settings) {
   return settings.scene->size() + settings.assets->size() * sizeof(Sha256);
@@ -40,7 +40,7 @@ std::uint64_t bytes_of(const CoordinatorMessage& message) {
 void OutgoingQueue::push(CoordinatorMessage message) {
   if (const auto* const ack = std::get_if<ResultAck>(&message); ack != nullptr && !messages_.empty()) {
     if (auto* const last = std::get_if<ResultAck>(&messages_.back());
-        last != nullptr && last->keys.size() <= kMostJoinedAcks) {
+        last != nullptr && last->keys.size() <= kMaxJoinedAcks) {
       last->keys.insert(last->keys.end(), ack->keys.begin(), ack->keys.end());
       bytes_ += ack->keys.size() * sizeof(NodeKey);
       return;

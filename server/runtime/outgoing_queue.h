@@ -11,11 +11,11 @@ namespace lightmill {
 class OutgoingQueue {
  public:
   /// Descriptions of 16 of the largest scenes fit. A worker has at most 16 leases.
-  static constexpr std::uint64_t kMostBytes = std::uint64_t{320} << 20;
-  static constexpr std::size_t kMostMessages = 4'096;
+  static constexpr std::uint64_t kMaxBytes = std::uint64_t{320} << 20;
+  static constexpr std::size_t kMaxMessages = 4'096;
 
   bool empty() const { return messages_.empty(); }
-  bool is_full() const { return bytes_ > kMostBytes || messages_.size() > kMostMessages; }
+  bool is_full() const { return bytes_ > kMaxBytes || messages_.size() > kMaxMessages; }
   /// Joins an acknowledgement with the last one.
   void push(CoordinatorMessage message);
   CoordinatorMessage pop();  ///< of a queue that is not empty

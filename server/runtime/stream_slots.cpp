@@ -70,8 +70,8 @@ StreamSlots::Kind StreamSlots::kind_of(std::size_t most) const {
 StreamSlots::StreamSlots(const CallLimitOptions& options, const Clock& clock)
     : options_(options),
       clock_(clock),
-      kinds_{kind_of(options.streams), kind_of(kMostFilms), kind_of(kMostWatches), kind_of(kMostScalers),
-             kind_of(kMostPages)} {}
+      kinds_{kind_of(options.streams), kind_of(kMaxFilms), kind_of(kMaxWatches), kind_of(kMaxScalers),
+             kind_of(kMaxPages)} {}
 
 Result<std::shared_ptr<StreamSlot>> StreamSlots::take(StreamKind kind, const Holder& holder) {
   const std::string_view name = kKinds[static_cast<std::size_t>(kind)];

@@ -64,7 +64,7 @@ class StreamSlots {
   /// RESOURCE_EXHAUSTED.
   Result<std::shared_ptr<StreamSlot>> take(StreamKind kind, const Holder& holder);
 
-  static constexpr std::size_t kMostFilms = 64, kMostWatches = 1'000, kMostScalers = 1'000, kMostPages = 256;
+  static constexpr std::size_t kMaxFilms = 64, kMaxWatches = 1'000, kMaxScalers = 1'000, kMaxPages = 256;
 
  private:
   friend class StreamSlot;

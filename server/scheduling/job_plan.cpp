@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::uint64_t kLeastWaitingNodes = 4;  ///< per tile
+constexpr std::uint64_t kMinWaitingNodes = 4;  ///< per tile
 
 std::uint64_t bytes_of_one_node_per_tile(const Film& film) {
   return film.grid().pixel_count() * film.layout().most_values() * sizeof(float);
@@ -23,7 +23,7 @@ bool overlap(const SampleRange& a, const SampleRange& b) {
 JobPlan::JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_bytes)
     : film_(film),
       goal_(goal),
-      waiting_limit_(std::max(kLeastWaitingNodes, budget_bytes / bytes_of_one_node_per_tile(film))),
+      waiting_limit_(std::max(kMinWaitingNodes, budget_bytes / bytes_of_one_node_per_tile(film))),
       queued_at_(film.grid().tile_count(), kNotQueued),
       taken_to_(film.grid().tile_count(), 0) {
   LM_CHECK(goal > 0 && goal <= kMaxSamples);
@@ -111,7 +111,7 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
 
 /// In quarters of a frame sample, so that different shares get different places.
 JobPlan::Place JobPlan::place_of(TileId tile, std::uint32_t position) const {
-  return {film_.allocation().of_frame(tile, std::uint64_t{position} << Allocation::kMostShift), position};
+  return {film_.allocation().of_frame(tile, std::uint64_t{position} << Allocation::kMaxShift), position};
 }
 
 void JobPlan::enqueue(TileId tile) {

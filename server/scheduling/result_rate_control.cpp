@@ -13,14 +13,14 @@ constexpr Duration kReportLifetime = std::chrono::seconds(30);
 constexpr Duration kLongWait = std::chrono::seconds(3), kShortWait = std::chrono::seconds(1);
 constexpr double kMore = 1.2, kMoreWhileIdle = 2;
 constexpr double kPartOfArrivals = 0.9;  ///< the rest is for waiting results
-constexpr double kMostCut = 0.25;
-constexpr double kLeastPart = 1.0 / 64;  ///< of `most`
+constexpr double kMaxCut = 0.25;
+constexpr double kMinPart = 1.0 / 64;  ///< of `most`
 constexpr Duration kLongestAway = std::chrono::seconds(30);
 constexpr Duration kAfterStandstill = std::chrono::seconds(10);
 
 }  // namespace
 
-Duration middle_of(std::vector<Duration>& waits) {
+Duration median_of(std::vector<Duration>& waits) {
   const auto middle = waits.begin() + static_cast<std::ptrdiff_t>(waits.size() / 2);
   std::ranges::nth_element(waits, middle);
   return *middle;
@@ -55,10 +55,10 @@ bool ResultRateControl::update(std::vector<Duration>& waits, Time now) {
   const double before = rate_;
   Duration wait{};
   if (!waits.empty()) {
-    wait = middle_of(waits);
+    wait = median_of(waits);
     if (wait > kLongWait && came > 0) {
       // If the rate is already lower, the excess was leased before.
-      const double cut = std::max({kPartOfArrivals * came, kMostCut * rate_, kLeastPart * most_});
+      const double cut = std::max({kPartOfArrivals * came, kMaxCut * rate_, kMinPart * most_});
       rate_ = std::min(rate_, cut);
     } else if (wait < kShortWait) {
       rate_ = std::min(kMore * rate_, most_);

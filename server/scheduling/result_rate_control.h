@@ -9,7 +9,7 @@
 namespace lightmill {
 
 /// The median of at least one wait. Changes their order.
-Duration middle_of(std::vector<Duration>& waits);
+Duration median_of(std::vector<Duration>& waits);
 
 /// Limit on the results of all workers together, in bytes per second. It is `most`, or less while results wait too long
 /// for their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain

@@ -14,11 +14,11 @@ namespace {
 /// within kFirstUnitSeconds.
 constexpr double kFirstUnitSeconds = 0.02, kTilesPerThreadAtFirst = 4;
 /// Least thread time of a range that is cut for parallelism, because a result costs some 0.3 ms to send and store.
-constexpr double kLeastPieceSeconds = 0.03;
+constexpr double kMinPieceSeconds = 0.03;
 /// Pieces to leave for each thread, so that the others have enough work while one is slow.
 constexpr std::uint64_t kPiecesPerThread = 4;
 /// A first range has at most kFirstSamples, the samples of layers that are not summed.
-constexpr std::uint32_t kMostFirstLevel = std::bit_width(kFirstSamples) - 1;
+constexpr std::uint32_t kMaxFirstLevel = std::bit_width(kFirstSamples) - 1;
 
 /// The worker's share of the waiting tiles. This spreads a round over the farm, and units shrink towards its end.
 double share_of(std::uint64_t tiles, const UnitAim& aim) {
@@ -30,7 +30,7 @@ double share_of(std::uint64_t tiles, const UnitAim& aim) {
 
 void set_times(double unit_seconds, double node_bytes, double bytes_per_second, UnitAim& aim) {
   aim.results_seconds = aim.farm_threads * (node_bytes + kBytesOfAResult) / bytes_per_second;
-  aim.least_seconds = std::max(kLeastPieceSeconds, aim.results_seconds);
+  aim.least_seconds = std::max(kMinPieceSeconds, aim.results_seconds);
   aim.unit_seconds =
       std::max(unit_seconds, 2 * aim.results_seconds);  // the largest dyadic range has more than half of it
 }
@@ -41,7 +41,7 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
   std::uint32_t level = 0;
   const bool first = gap.first == 0;
   if (aim.seconds_per_pixel_sample > 0) {
-    const auto alignment = first ? kMostFirstLevel : static_cast<std::uint32_t>(std::countr_zero(gap.first));
+    const auto alignment = first ? kMaxFirstLevel : static_cast<std::uint32_t>(std::countr_zero(gap.first));
     const auto fits = static_cast<std::uint32_t>(std::bit_width(gap.end - gap.first) - 1);
     level = std::min(alignment, fits);
     if (aim.shared_samples > 0) {

@@ -31,9 +31,9 @@ std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer
 }
 
 bool is_key(const FilmPosition& position) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::int64_t kMax = std::numeric_limits<std::uint32_t>::max();
   return std::ranges::all_of(std::array{position.tile, position.level, position.index},
-                             [](std::int64_t n) { return n >= 0 && n <= kMost; });
+                             [](std::int64_t n) { return n >= 0 && n <= kMax; });
 }
 
 NodeKey key_of(JobId job, const FilmPosition& position) {

@@ -25,7 +25,7 @@ constexpr std::size_t kPieceBytes = std::size_t{128} << 10;
 /// runs on the web thread, except the functions of on_disk().
 class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
  public:
-  AssetUpload(const UploadWay& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done)
+  AssetUpload(const UploadContext& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done)
       : way_(way),
         digest_(digest),
         call_(std::move(call)),
@@ -111,7 +111,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     });
   }
 
-  const UploadWay way_;
+  const UploadContext way_;
   const Sha256 digest_;
   const Call call_;  ///< holds the slot of the stream
   const UploadDone done_;
@@ -126,7 +126,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
 
 }  // namespace
 
-void receive_asset(const UploadWay& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done) {
+void receive_asset(const UploadContext& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done) {
   std::make_shared<AssetUpload>(way, std::move(head), digest, std::move(call), std::move(done))->start();
 }
 

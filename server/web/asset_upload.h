@@ -14,7 +14,7 @@
 namespace lightmill {
 
 /// References to parts of the connection. It lives as long as `done`.
-struct UploadWay {
+struct UploadContext {
   WebStream& stream;
   boost::beast::flat_buffer& buffer;
   AssetStore& assets;
@@ -28,6 +28,6 @@ using UploadDone = std::function<void(const Status& status, bool whole)>;
 
 /// Receives the body of an admitted call. `done` gets OK once the asset is stored durably, or an error of AssetStore.
 /// If the connection ends or is too slow, `done` is destroyed without a call, and nothing is stored.
-void receive_asset(const UploadWay& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done);
+void receive_asset(const UploadContext& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done);
 
 }  // namespace lightmill

@@ -11,11 +11,11 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostAnswers = 1'000;
+constexpr std::size_t kMaxAnswers = 1'000;
 constexpr auto kFresh = std::chrono::seconds(1);
 constexpr int kThumbnailSide = 128;
 /// Films with more tiles have no thumbnail, because adding up their pixels would take too long.
-constexpr std::uint32_t kMostThumbnailTiles = 8192;
+constexpr std::uint32_t kMaxThumbnailTiles = 8192;
 
 std::vector<TileSnapshot> tiles_between(const Film& film, std::uint32_t begin, std::uint32_t end) {
   std::vector<TileSnapshot> tiles;
@@ -34,7 +34,7 @@ std::vector<TileSnapshot> meters_of(const Film& film) {
 }
 
 Status check_thumbnail(JobId job, const FilmOutline& film) {
-  if (film.pixel_samples() > 0 && film.grid().picture_tiles() <= kMostThumbnailTiles) {
+  if (film.pixel_samples() > 0 && film.grid().picture_tiles() <= kMaxThumbnailTiles) {
     return ok_status();
   }
   return not_found("job {} has no thumbnail: {}", job.value,
@@ -147,7 +147,7 @@ ApiReply FilmReplyCache::remember(AllMade& all, JobId job, std::uint64_t version
   if (!answer.ok()) {
     return error_reply(answer.status());
   }
-  if (all.size() >= kMostAnswers && !all.contains(job)) {
+  if (all.size() >= kMaxAnswers && !all.contains(job)) {
     all.erase(all.begin());
   }
   all[job] = {version, std::chrono::steady_clock::now(), *answer};

@@ -56,7 +56,7 @@ Result<Identity> HttpAuthenticator::identify(const HttpCredentials& credentials)
   return gate_.authenticates() ? make_error(StatusCode::kUnauthenticated,
                                             "this farm requires authentication, and got no token: log in with one, or "
                                             "send it in the header 'Authorization: Bearer TOKEN'")
-                               : Result<Identity>(anybody());
+                               : Result<Identity>(anonymous_identity());
 }
 
 Status HttpAuthenticator::check_still_holds(const HttpCredentials& credentials, const Identity& caller) const {

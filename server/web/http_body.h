@@ -23,10 +23,10 @@ using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
 using HeadParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;
 
 /// A connection that sends a large body more slowly is closed.
-inline constexpr std::uint64_t kLeastBytesPerSecondSent = std::uint64_t{128} << 10;
+inline constexpr std::uint64_t kMinBytesPerSecondSent = std::uint64_t{128} << 10;
 /// `patience`: WebOptions::patience.
 inline Duration body_timeout(Duration patience, std::uint64_t bytes) {
-  return patience + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
+  return patience + std::chrono::seconds(bytes / kMinBytesPerSecondSent);
 }
 
 inline std::string_view as_std(boost::beast::string_view text) {

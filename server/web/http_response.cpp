@@ -16,7 +16,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 
 /// A connection that reads a large file more slowly is closed.
-constexpr std::size_t kLeastBytesPerSecond = 1 << 20;
+constexpr std::size_t kMinBytesPerSecond = 1 << 20;
 constexpr std::string_view kPlainText = "text/plain; charset=utf-8";
 /// Allows only the page's own files, no inline code, and no frames.
 constexpr std::string_view kContentPolicy =
@@ -113,7 +113,7 @@ void HttpResponder::send(const RequestHead& request, std::string_view type, Shar
   }
   head_ = beast::buffers_to_string(
       Response::fields_type::writer(response_, response_.version(), response_.result_int()).get());
-  stream_.tcp().expires_after(patience_ + std::chrono::seconds(response_.body().size() / kLeastBytesPerSecond));
+  stream_.tcp().expires_after(patience_ + std::chrono::seconds(response_.body().size() / kMinBytesPerSecond));
   const std::array<asio::const_buffer, 2> parts{asio::buffer(head_),
                                                 asio::buffer(response_.body().data(), response_.body().size())};
   // `sent` keeps this alive.

@@ -23,13 +23,13 @@ namespace websocket = beast::websocket;
 using boost::asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
-constexpr std::uint64_t kMostBodyBytes = 16 << 10;
+constexpr std::uint32_t kMaxHeaderBytes = 8 << 10;
+constexpr std::uint64_t kMaxBodyBytes = 16 << 10;
 constexpr auto kTlsPatience = std::chrono::seconds(5);
 /// Step in which a body reserves memory for large bodies.
 constexpr std::uint64_t kHeldAtOnce = 1 << 20;
 /// Limits for reading a refused body.
-constexpr std::size_t kMostThrownAway = std::size_t{64} << 20;
+constexpr std::size_t kMaxThrownAway = std::size_t{64} << 20;
 constexpr auto kThrowAwayPatience = std::chrono::seconds(10);
 constexpr std::string_view kApi = "/api/v1/";
 constexpr std::string_view kAssets = "/api/v1/assets/";
@@ -81,7 +81,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
   void read() {
     head_.emplace();
-    head_->header_limit(kMostHeaderBytes);
+    head_->header_limit(kMaxHeaderBytes);
     head_->body_limit(std::numeric_limits<std::uint64_t>::max());  // the limit of the body is checked later
     body_parser_.reset();
     body_read_ = false;
@@ -98,7 +98,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       }
       self->request_ = self->head_->get();
       if (error == http::error::header_limit) {
-        self->refuse_rest(too_long(http::status::request_header_fields_too_large, "header", kMostHeaderBytes));
+        self->refuse_rest(too_long(http::status::request_header_fields_too_large, "header", kMaxHeaderBytes));
       } else if (is_malformed(error)) {
         self->refuse_malformed(error);
       } else if (const Status status = error ? ok_status() : check_framing(self->request_); !status.ok()) {
@@ -121,7 +121,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (post && path().starts_with(kAssets)) {
       return take_asset();
     }
-    read_body(kMostBodyBytes);
+    read_body(kMaxBodyBytes);
   }
   /// Checks the caller before it reads a large body.
   void take_large(const Operation& large) {
@@ -164,7 +164,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     body_parser_.emplace(std::move(*head_)).body_limit(most_bytes);
     body_began_ = SteadyClock::now();
-    held_bytes_ = kMostBodyBytes;
+    held_bytes_ = kMaxBodyBytes;
     send_continue(stream_, request_, [self = shared_from_this(), most_bytes] { self->read_more(most_bytes); });
   }
   /// Reads in pieces. A silent sender does not keep memory or a connection for long.
@@ -173,7 +173,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return handle();
     }
     const std::uint64_t there = body_parser_->get().body().size();
-    if (std::min(there + kMostBodyBytes, most_bytes) > held_bytes_) {
+    if (std::min(there + kMaxBodyBytes, most_bytes) > held_bytes_) {
       ByteBudget::Reservation more =
           parts_.large_bodies.take(holder_of(call_->caller, call_->peer), kHeldAtOnce, reservation_);
       if (more == nullptr) {
@@ -310,7 +310,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
         return self->read();
       }
       self->stream_.tcp().expires_after(kThrowAwayPatience);
-      self->throw_away(kMostThrownAway);
+      self->throw_away(kMaxThrownAway);
     };
   }
   /// Reads the rest of the request for a while. If the connection closed while the client sends, the client might not
@@ -330,7 +330,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   WebStream stream_;
   HttpResponder responder_{stream_, parts_.options.patience};
   const std::string peer_;  ///< ADDRESS:PORT
-  beast::flat_buffer buffer_{kMostHeaderBytes + kMostBodyBytes};
+  beast::flat_buffer buffer_{kMaxHeaderBytes + kMaxBodyBytes};
   std::optional<HeadParser> head_;
   RequestHead request_;
   std::optional<http::request_parser<http::string_body>> body_parser_;

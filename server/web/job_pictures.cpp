@@ -40,7 +40,7 @@ struct JobPictures::Order {
 /// Shared with functions on the farm thread.
 struct JobPictures::Queue {
   explicit Queue(std::uint64_t most_bytes)
-      : budget(most_bytes), most_bytes_of_one(std::min(most_bytes / 2, kMostBytesOfOne)) {}
+      : budget(most_bytes), most_bytes_of_one(std::min(most_bytes / 2, kMaxBytesOfOne)) {}
 
   Mutex mutex;
   CondVar changed;

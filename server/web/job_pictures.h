@@ -17,7 +17,7 @@ namespace lightmill {
 class JobPictures {
  public:
   /// Limit of one picture, by the values of its film.
-  static constexpr std::uint64_t kMostBytesOfOne = std::uint64_t{1} << 30;
+  static constexpr std::uint64_t kMaxBytesOfOne = std::uint64_t{1} << 30;
 
   /// `most_bytes`: limit of all pictures that are made or sent at a time.
   JobPictures(FarmRequests& farm_requests, const Gate& gate, std::uint64_t most_bytes);

@@ -57,7 +57,7 @@ struct ApiParts {
 class JsonApi {
  public:
   /// Memory limit of large replies until they are read. One caller gets at most half.
-  static constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{256} << 20;
+  static constexpr std::uint64_t kMaxAnswerBytes = std::uint64_t{256} << 20;
   explicit JsonApi(ApiParts parts);
 
   /// Admits the call, then asks the farm. A call with a large body is admitted already.
@@ -82,7 +82,7 @@ class JsonApi {
   FilmReplyCache thumbnails_, meters_;
   JobPictures pictures_;
   /// For replies. Bodies have their own budget, so a slow reader does not block senders. Used on the farm thread.
-  const std::shared_ptr<CallersBudget> budget_ = std::make_shared<CallersBudget>(kMostAnswerBytes);
+  const std::shared_ptr<CallersBudget> budget_ = std::make_shared<CallersBudget>(kMaxAnswerBytes);
 };
 
 }  // namespace lightmill

@@ -13,7 +13,7 @@ ListChanges ListTracker::poll(const Coordinator& farm, Time now, std::span<const
   const bool review = now >= next_review_;
   next_review_ = review ? now + kReviewInterval : next_review_;
   std::map<JobId, Known> listed;
-  for (const auto& [job, version] : farm.versions(kMostJobs)) {
+  for (const auto& [job, version] : farm.versions(kMaxJobs)) {
     const auto before = known_.find(job);
     Known known = before == known_.end() ? Known{} : before->second;
     if (known.version != version || (known.active && review)) {

@@ -21,7 +21,7 @@ struct ListChanges {
 class ListTracker {
  public:
   /// Jobs in the list. The newest ones are listed.
-  static constexpr std::size_t kMostJobs = 1'000;
+  static constexpr std::size_t kMaxJobs = 1'000;
 
   /// `ended`: ended jobs that the caller watches, in case they are resumed.
   ListChanges poll(const Coordinator& farm, Time now, std::span<const JobId> ended);

@@ -46,7 +46,7 @@ void to_wire(std::string_view method, v1::MethodFacts* out) {
   }
   out->set_light_groups(method_follows_all_light(method));
   out->set_meters(method_reads_meters(method));
-  out->set_most_bounces(most_bounces(method));
+  out->set_max_bounces(max_bounces_of(method));
 }
 
 }  // namespace
@@ -56,8 +56,8 @@ Result<ViewRequest> parse_view_request(std::string_view bytes) {
   if (!wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return invalid_argument("the message of {} bytes is not a ViewRequest", bytes.size());
   }
-  if (wire.layers_size() > kMostViewLayers) {
-    return invalid_argument("layers: {} were requested, the limit is {}", wire.layers_size(), kMostViewLayers);
+  if (wire.layers_size() > kMaxViewLayers) {
+    return invalid_argument("layers: {} were requested, the limit is {}", wire.layers_size(), kMaxViewLayers);
   }
   ViewRequest request{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen(), {}, wire.page()};
   for (const std::string& layer : wire.layers()) {
@@ -114,8 +114,8 @@ void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out) {
   for (const std::string_view method : method_names()) {
     to_wire(method, out->add_methods());
   }
-  out->set_most_side(kMaxFilmSide);
-  out->set_most_name_bytes(kMaxNameBytes);
+  out->set_max_side(kMaxFilmSide);
+  out->set_max_name_bytes(kMaxNameBytes);
 }
 
 void ViewUpdateWriter::greet(const FarmGreeting& greeting) {

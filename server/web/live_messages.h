@@ -28,7 +28,7 @@ struct ViewRequest {
   std::string page;                 ///< name of the page for its jobs (PageJobs); empty: none
 };
 
-inline constexpr int kMostViewLayers = 16;
+inline constexpr int kMaxViewLayers = 16;
 
 /// Accepts any bytes. INVALID_ARGUMENT if they are not a ViewRequest, or ask for too many layers.
 Result<ViewRequest> parse_view_request(std::string_view bytes);

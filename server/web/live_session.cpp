@@ -15,16 +15,16 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 
-constexpr std::size_t kMostViewRequestBytes = 4 << 10;
+constexpr std::size_t kMaxViewRequestBytes = 4 << 10;
 constexpr std::size_t kWriteBufferBytes = 64 << 10;
 constexpr auto kHandshakePatience = std::chrono::seconds(30);
 constexpr auto kLivePatience = std::chrono::seconds(30);
-constexpr std::size_t kMostReasonBytes = 100;
+constexpr std::size_t kMaxCloseReasonBytes = 100;
 
 /// The part that fits in a close frame, cut at a character.
 std::string reason_text(const Status& why) {
   std::string text = as_name(message_of(why));
-  std::size_t end = std::min(text.size(), kMostReasonBytes);
+  std::size_t end = std::min(text.size(), kMaxCloseReasonBytes);
   while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) {
     --end;
   }
@@ -45,7 +45,7 @@ class LiveSession final : public ViewerLink, public std::enable_shared_from_this
     stream_.set_option(websocket::stream_base::timeout{kHandshakePatience, kLivePatience, true});
     stream_.auto_fragment(false);
     stream_.write_buffer_bytes(kWriteBufferBytes);
-    stream_.read_message_max(kMostViewRequestBytes);
+    stream_.read_message_max(kMaxViewRequestBytes);
     stream_.binary(true);
     stream_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (!error) {
@@ -116,7 +116,7 @@ class LiveSession final : public ViewerLink, public std::enable_shared_from_this
   websocket::stream<WebStream, false> stream_;  ///< without compression, because pictures are compressed
   const Call call_;
   const LiveHub::Holds holds_;
-  beast::flat_static_buffer<kMostViewRequestBytes> buffer_;
+  beast::flat_static_buffer<kMaxViewRequestBytes> buffer_;
   MessageParts writing_;
   bool joined_ = false, closing_ = false;
 };

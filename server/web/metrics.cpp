@@ -70,7 +70,7 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
               number(totals.units_leased));
   out.counter("lightmill_units_lost_total", "Units that workers did not finish.", number(totals.units_lost));
   out.counters("lightmill_results_total", "Tiles from workers: merged, or dropped because they had been merged before.",
-               "outcome", {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
+               "outcome", {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_duplicate)}});
   out.counters("lightmill_audits_total",
                "Results that another identity rendered again: right, or wrong, which quarantines a worker.", "outcome",
                {{"right", number(totals.results_audited)}, {"wrong", number(totals.results_wrong)}});

@@ -11,8 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostFiles = 500;
-constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;
+constexpr std::size_t kMaxFiles = 500;
+constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 20;
 
 struct Type {
   std::string_view extension, content_type;
@@ -47,16 +47,16 @@ Result<PageFiles> PageFiles::load(const fs::path& folder) {
     if (type == kTypes.end() || !is_file(entry.path())) {
       continue;
     }
-    if (pages.files_.size() == kMostFiles) {
-      return invalid_argument("{} has more than {} files: is it the page's folder?", folder.string(), kMostFiles);
+    if (pages.files_.size() == kMaxFiles) {
+      return invalid_argument("{} has more than {} files: is it the page's folder?", folder.string(), kMaxFiles);
     }
-    LM_ASSIGN_OR_RETURN(std::string bytes, read_file(entry.path(), kMostBytes));
+    LM_ASSIGN_OR_RETURN(std::string bytes, read_file(entry.path(), kMaxBytes));
     PageFile file;
     file.content_type = type->content_type;
     file.etag = fmt::format("\"{}\"", sha256(bytes).hex().substr(0, 32));
     file.bytes = std::make_shared<const std::string>(std::move(bytes));
     if (const fs::path packed = entry.path().string() + ".gz"; is_file(packed)) {
-      LM_ASSIGN_OR_RETURN(std::string gzip, read_file(packed, kMostBytes));
+      LM_ASSIGN_OR_RETURN(std::string gzip, read_file(packed, kMaxBytes));
       file.gzip = std::make_shared<const std::string>(std::move(gzip));
     }
     const std::string path = fmt::format("/{}", fs::relative(entry.path(), folder).generic_string());

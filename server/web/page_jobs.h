@@ -22,7 +22,7 @@ class PageJobs {
   /// Time for a page to reconnect.
   static constexpr Duration kPatience = std::chrono::seconds(5);
   /// Jobs of one page. The oldest one is deleted for a new one.
-  static constexpr std::size_t kMostJobs = 16;
+  static constexpr std::size_t kMaxJobs = 16;
   /// Deletes a job of the caller in any state. Calls `done` on the web thread: whether the job is gone.
   using Discard = std::function<void(const Call& call, JobId job, std::function<void(bool gone)> done)>;
 

@@ -48,7 +48,7 @@ struct WebParts {
   HostRules host_rules() const { return {certificate.hosts(), options.names, certificate.context() != nullptr}; }
 
   /// Memory limit of large bodies.
-  static constexpr std::uint64_t kMostLargeBytes = std::uint64_t{256} << 20;
+  static constexpr std::uint64_t kMaxLargeBytes = std::uint64_t{256} << 20;
 
   const Gate& gate;
   AssetStore& assets;
@@ -57,7 +57,7 @@ struct WebParts {
   const PageFiles pages;
   ServedCertificate certificate;
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
-  CallersBudget large_bodies{kMostLargeBytes};
+  CallersBudget large_bodies{kMaxLargeBytes};
   /// Threads for slow work, and for work that waits for the disk. A slow disk blocks nothing else.
   std::shared_ptr<boost::asio::thread_pool> side = std::make_shared<boost::asio::thread_pool>(2),
                                             disk = std::make_shared<boost::asio::thread_pool>(2);

@@ -23,7 +23,7 @@ using namespace lightmill;
 using namespace lightmill::test;
 
 constexpr double kBright = 20;  ///< normal noise reaches this once in 100,000 values
-constexpr double kPooledCoverage = 0.93, kLeastCoverage = 0.9;
+constexpr double kPooledCoverage = 0.93, kMinCoverage = 0.9;
 
 struct Case {
   const char* name;
@@ -283,7 +283,7 @@ int main(int argc, char** argv) {
     all.runs += tally.runs;
     all.held += tally.held;
     all.below_goal += tally.below_goal;
-    each_holds = each_holds && tally.held >= kLeastCoverage * tally.runs;
+    each_holds = each_holds && tally.held >= kMinCoverage * tally.runs;
   }
   const bool holds = each_holds && all.held >= kPooledCoverage * all.runs;
   std::printf("all %d runs: %.1f %% in the stated interval, %.1f %% at or below the goal: %s\n", all.runs,

@@ -36,7 +36,7 @@ class CpuShare {
   void change(double share) { share_ = share; }
 
  private:
-  static constexpr double kMostSaved = 0.02;  // CPU seconds that an idle process may use at once
+  static constexpr double kMaxSaved = 0.02;  // CPU seconds that an idle process may use at once
 
   void hold(const std::stop_token& stop) const {
     using SteadyClock = std::chrono::steady_clock;
@@ -46,7 +46,7 @@ class CpuShare {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       const auto now = SteadyClock::now();
       const double used = process_cpu_seconds(pid_);
-      allowed = std::min(allowed + share_ * std::chrono::duration<double>(now - last).count(), used + kMostSaved);
+      allowed = std::min(allowed + share_ * std::chrono::duration<double>(now - last).count(), used + kMaxSaved);
       last = now;
       if (stopped != (used > allowed)) {
         stopped = !stopped;

@@ -11,7 +11,7 @@
 #include <filesystem>
 
 #include "common/base/check.h"
-#include "common/methods/primary_rays.h"
+#include "common/methods/camera_rays.h"
 #include "common/scene/compiled/mesh_sources.h"
 #include "tests/bench/measure.h"
 #include "tests/support/render_document.h"
@@ -64,7 +64,7 @@ SampleRays rays_of(const CompiledScene& scene) {
     for (int pixel = 0; pixel < tile.pixel_count(); pixel += 8) {
       const M8 lanes = first_lanes(static_cast<int>(tile.pixel_count() - pixel));
       const U8 pixels = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
-      const Ray8 rays = primary_rays(scene, tile, pixels, U8::load(&seeds[pixel]), 0);
+      const Ray8 rays = sample_camera_rays(scene, tile, pixels, U8::load(&seeds[pixel]), 0);
       out.camera.push_back({lanes, rays});
       const Hit8 hits = scene.accel().intersect(lanes, rays, true);
       if (hits.hit.any()) {

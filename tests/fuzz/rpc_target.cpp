@@ -19,7 +19,7 @@ namespace {
 
 namespace pb = google::protobuf;
 
-constexpr int kMostReplies = 3;
+constexpr int kMaxReplies = 3;
 constexpr std::chrono::milliseconds kPatience(100), kPatienceOnALoadedMachine(60'000);
 
 /// Whether the method may wait: for work, for changes of a job, or for a worker that reads the scene.
@@ -167,7 +167,7 @@ grpc::Status RpcTarget::exchange(const Method& method, const std::vector<std::st
     stream->WritesDone(nullptr);
     done(queue);
   }
-  for (int i = 0; open && i < kMostReplies; ++i) {
+  for (int i = 0; open && i < kMaxReplies; ++i) {
     grpc::ByteBuffer reply;
     stream->Read(&reply, nullptr);
     open = done(queue);

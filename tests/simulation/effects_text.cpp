@@ -199,7 +199,7 @@ std::string view_text(const Coordinator& coordinator, Time now) {
                       gauges.units_out, gauges.free_pixel_samples, gauges.rendering, gauges.idle, gauges.draining,
                       gauges.quarantined, gauges.threads, gauges.results_rate);
   text += fmt::format("{} {} {} {} {} {} {} {}\n", totals.units_leased, totals.units_lost, totals.results_merged,
-                      totals.results_repeated, totals.results_audited, totals.results_wrong, totals.pixel_samples,
+                      totals.results_duplicate, totals.results_audited, totals.results_wrong, totals.pixel_samples,
                       totals.jobs_failed);
   const std::optional<Time> next = coordinator.next_deadline();
   return text + fmt::format("{} workers wanted, {}; next {}\n", coordinator.wanted_workers(now),

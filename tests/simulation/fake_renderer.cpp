@@ -8,12 +8,12 @@
 namespace lightmill::simulation {
 namespace {
 
-constexpr std::size_t kMostNodes = 50'000;  ///< some 100 MB
+constexpr std::size_t kMaxNodes = 50'000;  ///< some 100 MB
 
 }  // namespace
 
 void FakeRenderer::trim() {
-  if (nodes_.size() > kMostNodes) {
+  if (nodes_.size() > kMaxNodes) {
     nodes_.clear();
   }
 }

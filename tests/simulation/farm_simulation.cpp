@@ -6,7 +6,7 @@
 namespace lightmill::simulation {
 namespace {
 
-constexpr std::uint64_t kMostEvents = 3'000'000;
+constexpr std::uint64_t kMaxEvents = 3'000'000;
 constexpr Duration kPatience = std::chrono::seconds(3000);  ///< after chaos, until all jobs must be done
 constexpr Duration kSettling = std::chrono::seconds(15);
 
@@ -85,7 +85,7 @@ void FarmSimulation::make_faults() {
 Report FarmSimulation::run() {
   std::optional<Time> settled_since;
   while (world_.report.failure.empty()) {
-    if (++world_.report.events > kMostEvents) {
+    if (++world_.report.events > kMaxEvents) {
       world_.fail("too many events");
       break;
     }

@@ -20,7 +20,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr std::size_t kMostOnTheWay = 4 << 20;  // bytes; then it reads no more from the sender
+constexpr std::size_t kMaxOnTheWay = 4 << 20;  // bytes; then it reads no more from the sender
 constexpr int kLookEveryMs = 5;
 
 struct Piece {
@@ -143,7 +143,7 @@ void FaultProxy::relay(int from, int to, const Line& line, std::uint64_t seed) {
   std::string buffer(1 << 16, '\0');
   bool said_all = false, broken = false;
   while (!broken && !ends_ && (!said_all || (!on_the_way.empty() && !line.stalls))) {
-    pollfd ready{from, static_cast<short>(said_all || bytes >= kMostOnTheWay ? 0 : POLLIN), 0};
+    pollfd ready{from, static_cast<short>(said_all || bytes >= kMaxOnTheWay ? 0 : POLLIN), 0};
     (void)::poll(&ready, 1, on_the_way.empty() && !said_all ? 10 * kLookEveryMs : kLookEveryMs);
     if ((ready.revents & POLLIN) != 0) {
       const ssize_t got = ::recv(from, buffer.data(), buffer.size(), 0);

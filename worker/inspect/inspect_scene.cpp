@@ -18,8 +18,8 @@ namespace lightmill {
 namespace {
 
 /// Limits of a report: rows of each kind, and bytes of each text. A malicious scene could produce more.
-constexpr std::size_t kMostRows = 500;
-constexpr std::size_t kMostTextBytes = 1000;
+constexpr std::size_t kMaxRows = 500;
+constexpr std::size_t kMaxTextBytes = 1000;
 constexpr std::uint64_t kFilesShare = 8;
 
 /// Errors of the scene are errors of its sender, even if a file is damaged or missing.
@@ -32,15 +32,15 @@ Status as_senders(const Status& status) {
 
 /// Names and lines of the files may contain any bytes, but a message must be valid UTF-8.
 std::string cut(std::string_view raw) {
-  return cut_text(printable(raw, true), kMostTextBytes);
+  return cut_text(printable(raw, true), kMaxTextBytes);
 }
 
 std::vector<std::string> cut_all(std::vector<std::string> texts) {
   const std::size_t all = texts.size();
-  texts.resize(std::min(all, kMostRows));
+  texts.resize(std::min(all, kMaxRows));
   std::ranges::transform(texts, texts.begin(), [](const std::string& text) { return cut(text); });
-  if (all > kMostRows) {
-    texts.push_back(fmt::format("… and {} more", all - kMostRows));
+  if (all > kMaxRows) {
+    texts.push_back(fmt::format("… and {} more", all - kMaxRows));
   }
   return texts;
 }
@@ -66,7 +66,7 @@ Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProce
 
 void add_facts(const ReportRows& rows, Inspection& out) {
   for (const std::vector<std::string>& row : rows) {
-    if (out.facts.size() < kMostRows) {
+    if (out.facts.size() < kMaxRows) {
       out.facts.push_back({cut(row.at(0)), cut(row.at(1))});
     }
   }

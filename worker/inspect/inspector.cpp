@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-constexpr Duration kMostTime = std::chrono::seconds(60);
+constexpr Duration kMaxTime = std::chrono::seconds(60);
 
 }  // namespace
 
@@ -82,11 +82,11 @@ Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop
     if (stop.stop_requested()) {
       return cancelled("the worker leaves");
     }
-    return clock_.now() < start + kMostTime
+    return clock_.now() < start + kMaxTime
                ? ok_status()
                : make_error(StatusCode::kDeadlineExceeded,
                             "reading the scene takes more than {:.0f} s: `lightmill submit` reads it on your machine",
-                            to_seconds(kMostTime));
+                            to_seconds(kMaxTime));
   };
   Result<Inspection> found =
       inspect_in_reader(*grant.request, limits_, reader_,

@@ -19,7 +19,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::uint64_t kShare = 3;                              ///< of --scene-gib
-constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;  ///< for libraries and small scenes
+constexpr std::uint64_t kMinMemory = std::uint64_t{64} << 20;  ///< for libraries and small scenes
 
 /// Kills the process at its end.
 class ReaderProcess {
@@ -145,7 +145,7 @@ class Server {
 }  // namespace
 
 std::uint64_t reader_memory(const SceneLimits& limits) {
-  return kLeastMemory + limits.bytes / kShare;
+  return kMinMemory + limits.bytes / kShare;
 }
 
 Result<Inspection> inspect_in_reader(const InspectionRequest& request, const SceneLimits& limits,

@@ -20,7 +20,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::uint64_t kMostStartBytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMaxStartBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kSpareCpuSeconds = 5;  ///< between the signal of the CPU limit and the kill
 
 /// Bytes of data and stack of this process.
@@ -119,7 +119,7 @@ int run_scene_reader() {
     std::cerr << "lightmill-worker: " << kSceneReaderOption << " is only for workers, which start it\n";
     return 2;
   }
-  std::uint64_t most_bytes = kMostStartBytes;
+  std::uint64_t most_bytes = kMaxStartBytes;
   ReaderStart start;
   ReaderSocket first(Descriptor(::dup(STDIN_FILENO)), most_bytes);
   const Result<ReaderSocket::Received> received = first.receive();

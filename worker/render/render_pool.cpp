@@ -19,7 +19,7 @@ class Workspaces {
         return *entry.workspace;
       }
     }
-    if (entries_.size() == kMost) {
+    if (entries_.size() == kMax) {
       entries_.pop_back();
     }
     entries_.push_front({method, method->make_workspace()});
@@ -28,7 +28,7 @@ class Workspaces {
   void clear() { entries_.clear(); }
 
  private:
-  static constexpr std::size_t kMost = 2;
+  static constexpr std::size_t kMax = 2;
   struct Entry {
     std::weak_ptr<const Method> method;
     std::unique_ptr<Workspace> workspace;

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostWorkers = 4'096;
+constexpr int kMaxWorkers = 4'096;
 constexpr std::uint64_t kMaxTokenFileBytes = 4'096;
 
 /// In a shared folder such as /var/tmp, another user may have created it first.
@@ -25,7 +25,7 @@ bool is_own(const fs::path& folder) {
 }  // namespace
 
 Result<StateFolder> StateFolder::take(const fs::path& root) {
-  for (int number = 1; number <= kMostWorkers; ++number) {
+  for (int number = 1; number <= kMaxWorkers; ++number) {
     const fs::path path = root / std::to_string(number);
     std::error_code error;
     if (fs::create_directories(path, error)) {
@@ -50,7 +50,7 @@ Result<StateFolder> StateFolder::take(const fs::path& root) {
     }
   }
   return resource_exhausted("{} workers have a folder in {}, which is the limit: give another with --state",
-                            kMostWorkers, root.string());
+                            kMaxWorkers, root.string());
 }
 
 bool StateFolder::has_token() const {

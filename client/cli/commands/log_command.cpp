@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kMostLast = 1'000'000;
+constexpr std::uint64_t kMaxLast = 1'000'000;
 
 struct LogOptions {
   std::uint64_t job = 0, last = 50;
@@ -107,7 +107,7 @@ void add_log_command(CLI::App& app, Context& context) {
       ->check(readable(parse_seconds));
   command->add_option("--last", options->last, "the newest N actions")
       ->type_name("N")
-      ->check(whole_number(1, kMostLast))
+      ->check(whole_number(1, kMaxLast))
       ->capture_default_str();
   ask_farm(*command, context, [options](CoordinatorClient& connection, const Console& console) {
     return show_log(connection, console, *options);

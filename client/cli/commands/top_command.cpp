@@ -21,7 +21,7 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-constexpr double kLeastInterval = 0.1;
+constexpr double kMinInterval = 0.1;
 constexpr Duration kTick = std::chrono::milliseconds(50);  // interval of checks for keys and the window's size
 constexpr Duration kSilence = std::chrono::seconds(3);     // silence below this is not reported
 
@@ -35,8 +35,8 @@ struct TopOptions {
 
 Result<double> parse_interval(std::string_view text) {
   LM_ASSIGN_OR_RETURN(const double seconds, parse_seconds(text));
-  if (seconds < kLeastInterval) {
-    return invalid_argument("must be at least {} s, got '{}'", kLeastInterval, printable(text));
+  if (seconds < kMinInterval) {
+    return invalid_argument("must be at least {} s, got '{}'", kMinInterval, printable(text));
   }
   return seconds;
 }

@@ -22,7 +22,7 @@ constexpr const char* kVerifyFooter =
     "checked. Then random tiles are rendered again and compared bit for bit. `lightmill help receipts` explains what\n"
     "this finds.";
 
-constexpr std::uint64_t kMostSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly
+constexpr std::uint64_t kMaxSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly
 
 struct VerifyOptions {
   std::string image;
@@ -112,7 +112,7 @@ Result<std::string> compare(Farm& farm, const Task& task, const TileRerender& re
 
 Result<ExitCode> verify(Context& context, const Console& console, const VerifyOptions& options) {
   const std::uint64_t nonce = std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();
-  const std::uint64_t seed = options.seed.value_or(nonce & kMostSeed);
+  const std::uint64_t seed = options.seed.value_or(nonce & kMaxSeed);
   LM_ASSIGN_OR_RETURN(const Task task, prepare(options, seed, context.signals));
   if (task.picture.receipt.fingerprint_class == kMixedClass) {
     return failed_precondition(
@@ -188,7 +188,7 @@ void add_verify_command(CLI::App& app, Context& context) {
       ->capture_default_str();
   command->add_option("--seed", options->seed, "seed of the choice of tiles (default: random)")
       ->type_name("S")
-      ->check(whole_number(0, kMostSeed));
+      ->check(whole_number(0, kMaxSeed));
   add_local_farm_options(*command, options->local, options->threads);
   add_common_options(*command, context);
   command->callback([&context, options] {

@@ -1,7 +1,7 @@
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {hexOf} from '../src/model/bytes';
-import {assetsOf, photonMapSpec, filledSpec, formOf, isPageJob, kMostQuickSide, newSpec, quickSpec, sceneOf, type JobRules} from '../src/model/job_form';
+import {assetsOf, photonMapSpec, filledSpec, formOf, isPageJob, kMaxQuickSide, newSpec, quickSpec, sceneOf, type JobRules} from '../src/model/job_form';
 import {JobSpecSchema, LayerSpec_Kind, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
 import {SceneSchema} from '../src/wire/lightmill/v1/scene_pb';
 import {MethodFactsSchema} from '../src/wire/lightmill/v1/web_pb';
@@ -18,14 +18,14 @@ const scene = create(SceneSchema, {
 });
 const kSurfaces = ['beauty', 'albedo', 'normal', 'features', 'depth', 'id'];
 const kLight = [...kSurfaces, 'direct', 'indirect', 'bias'];
-const facts = (name: string, layers: string[], more = {}) => create(MethodFactsSchema, {name, layers, mostBounces: 1_000_000, ...more});
+const facts = (name: string, layers: string[], more = {}) => create(MethodFactsSchema, {name, layers, maxBounces: 1_000_000, ...more});
 const rules: JobRules = {
   rendererVersion: 'new',
-  mostNameBytes: 200,
+  maxNameBytes: 200,
   methods: [
     ...['path', 'vcm'].map((name) => facts(name, kLight, {lightGroups: true, meters: true})),
     facts('caustic', [...kLight, 'caustic'], {lightGroups: true, meters: true}),
-    facts('whitted', kSurfaces, {mostBounces: 8}),
+    facts('whitted', kSurfaces, {maxBounces: 8}),
     ...['ao', 'preview', 'photon-map'].map((name) => facts(name, kSurfaces)),
   ],
 };
@@ -89,7 +89,7 @@ test('a crop scales with the picture, and a picture of another shape has none', 
 test('a quick look is small, has a higher priority, and renders the same crop', () => {
   const quick = quickSpec(spec, scene, formOf(spec), rules, 12n, 'preview');
   const {settings} = quick;
-  expect(Math.max(settings!.width, settings!.height)).toBe(kMostQuickSide);
+  expect(Math.max(settings!.width, settings!.height)).toBe(kMaxQuickSide);
   expect(settings).toMatchObject({width: 480, height: 270, method: 'preview', meters: 0, maxBounces: 0, crop: {x: 120, y: 67, width: 240, height: 136}});
   expect(names(quick)).toEqual(['beauty']);
   expect(quick).toMatchObject({parent: 12n, priority: 4, auditShare: 0, goal: {samples: 16n, seconds: 0, error: 0}});

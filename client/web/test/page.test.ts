@@ -3,7 +3,7 @@ import {expect, test} from 'vitest';
 import {isSilent, kSilenceMs, retryDelayMs} from '../src/model/connection';
 import {errorCurve} from '../src/model/error_curve';
 import {ageText, boundedErrorText, clockTick, counted, errorText, goalText, humanCount, humanRate, humanSeconds, momentText, powerOfTen, samplesText, tickText, valueText} from '../src/model/format';
-import {kMostCharted, kPlainLook, kPlainView, parseRoute, routeHash, type Route} from '../src/model/route';
+import {kMaxCharted, kPlainLook, kPlainView, parseRoute, routeHash, type Route} from '../src/model/route';
 import {JobSchema} from '../src/wire/lightmill/v1/farm_pb';
 
 test('times and numbers are written as the command line writes them', () => {
@@ -68,7 +68,7 @@ test('every address leads to a page', () => {
   });
   const odd = parseRoute('#/jobs/1?with=file&how=odd&split=7&region=1,2,0,4&chart=3,x,3,-4,' + '5,6,7,8,9,10,11');
   expect(odd).toMatchObject({against: {other: 'file', how: 'split', split: 1}, region: undefined, charted: [3n, 5n, 6n, 7n, 8n, 9n, 10n]});
-  expect(kMostCharted).toBe(7);
+  expect(kMaxCharted).toBe(7);
   expect(parseRoute('#/jobs/1?with=x&region=1,2,3')).toMatchObject({against: undefined, region: undefined});
   expect(parseRoute('#/jobs/1?exposure=1e999')).toMatchObject({look: {exposure: 0}});
 });

@@ -1,5 +1,5 @@
 import {expect, test} from 'vitest';
-import {begun, edited, kMostEdits, redone, settled, undone} from '../src/model/undo';
+import {begun, edited, kMaxEdits, redone, settled, undone} from '../src/model/undo';
 
 test('undo and redo follow the order of the edits', () => {
   let edits = edited(edited(begun(1), 2, ''), 3, '');
@@ -22,9 +22,9 @@ test('one undo takes back all steps of a continuous edit', () => {
 test('a new edit clears redo, and the oldest edits are dropped', () => {
   expect(redone(edited(undone(edited(begun(1), 2, '')), 9, '')).now).toBe(9);
   let edits = begun(0);
-  for (let i = 1; i <= 2 * kMostEdits; ++i) {
+  for (let i = 1; i <= 2 * kMaxEdits; ++i) {
     edits = edited(edits, i, '');
   }
-  expect(edits.past.length).toBe(kMostEdits);
+  expect(edits.past.length).toBe(kMaxEdits);
   expect([edits, undone(edits), redone(undone(edits))].map(({first}) => first)).toEqual([0, 0, 0]);
 });

@@ -26,7 +26,7 @@ namespace {
 constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);
 
 constexpr int kPipeBytes = 1 << 20;  ///< the largest pipe without privileges (Linux's default)
-constexpr std::size_t kMostFingerprintBytes = 65536;
+constexpr std::size_t kMaxFingerprintBytes = 65536;
 constexpr std::chrono::milliseconds kEndPause(5);  ///< between two checks whether a process has ended
 
 /// The error in a reply.
@@ -176,7 +176,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, co
   std::array<char, 256> part{};
   ssize_t size = 0;
   bool late = false;
-  while (text.size() <= kMostFingerprintBytes && !(late = !waits()) &&
+  while (text.size() <= kMaxFingerprintBytes && !(late = !waits()) &&
          ((size = ::read(output.number(), part.data(), part.size())) > 0 || (size < 0 && errno == EINTR))) {
     text.append(part.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
   }

@@ -118,7 +118,7 @@ Status OpenedImage::open_as(const std::string& format) {
 
 /// Finds the frame, and the file's part of it. Only EXR files can have another part than the whole.
 Status OpenedImage::place() {
-  constexpr std::int64_t kMostPixels = std::int64_t{1} << 40;  // sizes in bytes fit 64 bits
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 40;  // sizes in bytes fit 64 bits
   constexpr std::int64_t kFarthest = 1 << 30;                  // and differences of coordinates 32 bits
   const OIIO::ImageSpec& spec = input_->spec();
   frame_ = stored_ = {0, 0, spec.width, spec.height};
@@ -130,7 +130,7 @@ Status OpenedImage::place() {
     x = std::int64_t{spec.x} - spec.full_x;
     y = std::int64_t{spec.y} - spec.full_y;
   }
-  if (frame_.width < 1 || frame_.height < 1 || frame_.pixel_count() > kMostPixels ||
+  if (frame_.width < 1 || frame_.height < 1 || frame_.pixel_count() > kMaxPixels ||
       std::max(std::abs(x), std::abs(y)) > kFarthest) {
     return invalid_argument("a frame of {}x{} pixels with the data at ({}, {}) cannot be read", frame_.width,
                             frame_.height, x, y);
@@ -166,13 +166,13 @@ ImageSize OpenedImage::size() const {
 }
 
 IgnoredProperties OpenedImage::ignored() const {
-  constexpr float kGamma = 2.2f, kMost = 0.05f;  // sRGB's, as files state it
+  constexpr float kGamma = 2.2f, kMax = 0.05f;  // sRGB's, as files state it
   const OIIO::ImageSpec& spec = input_->spec();
   const bool linear = OIIO::Strutil::iequals(spec.get_string_attribute("oiio:ColorSpace"), "linear");
   const float gamma = linear ? 1 : spec.get_float_attribute("oiio:Gamma", kGamma);
   const bool has_profile = spec.find_attribute("ICCProfile") != nullptr;
   const std::string profile = spec.get_string_attribute("ICCProfile:profile_description");
-  return {!radiance_ && spec.get_int_attribute("Orientation", 1) != 1, encoded() && std::abs(gamma - kGamma) > kMost,
+  return {!radiance_ && spec.get_int_attribute("Orientation", 1) != 1, encoded() && std::abs(gamma - kGamma) > kMax,
           has_profile && profile.find("sRGB") == std::string::npos};
 }
 

@@ -46,18 +46,18 @@ bool alike(const Primaries& a, const Primaries& b) {
 
 /// Not a single line of colours, and every primary is needed for white.
 bool span_colours(const Primaries& p) {
-  constexpr double kLeast = 1e-4, kMost = 10;
+  constexpr double kMin = 1e-4, kMax = 10;
   for (const auto& [x, y] : {p.red, p.green, p.blue, p.white}) {
-    if (!(std::abs(x) < kMost && std::abs(y) < kMost)) {
+    if (!(std::abs(x) < kMax && std::abs(y) < kMax)) {
       return false;
     }
   }
   const glm::dmat3 columns = chromaticities_of(p);
-  if (!(p.white[1] > kLeast && std::abs(glm::determinant(columns)) > kLeast)) {
+  if (!(p.white[1] > kMin && std::abs(glm::determinant(columns)) > kMin)) {
     return false;
   }
   const glm::dvec3 scale = glm::abs(glm::inverse(columns) * white_of(p));
-  return scale.x > kLeast && scale.y > kLeast && scale.z > kLeast;
+  return scale.x > kMin && scale.y > kMin && scale.z > kMin;
 }
 
 }  // namespace

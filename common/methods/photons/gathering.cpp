@@ -85,7 +85,7 @@ GatherDiscs::GatherDiscs(const tracer::Wavefront& wavefront, const PhotonPass& p
 }
 
 GatherDiscs::Term8 GatherDiscs::term(std::uint32_t k) const {
-  constexpr float kLeastCosine = 0.8f, kMostHeight = 0.25f;  ///< between normals; in radii
+  constexpr float kMinCosine = 0.8f, kMaxHeight = 0.25f;  ///< between normals; in radii
   alignas(32) std::uint32_t numbers[8] = {};
   for (std::size_t lane = 0; lane < 8; ++lane) {
     if (k < found_[lane].size()) {
@@ -98,9 +98,9 @@ GatherDiscs::Term8 GatherDiscs::term(std::uint32_t k) const {
   term.photon = load_photons(pass_.photons, term.number, there);
   const V8 off = term.photon.point - surface_.point;
   const F8 height = abs(dot(off, surface_.geometric_normal)), half = radius_ * F8(0.5f);
-  term.valid = there & (dot(term.photon.normal, surface_.geometric_normal) > F8(kLeastCosine)) &
-               (height < radius_ * F8(kMostHeight)) & signed_less(term.photon.scatterings, most_scatterings_);
-  term.inside = (length_squared(off) < half * half) & (height < half * F8(kMostHeight));
+  term.valid = there & (dot(term.photon.normal, surface_.geometric_normal) > F8(kMinCosine)) &
+               (height < radius_ * F8(kMaxHeight)) & signed_less(term.photon.scatterings, most_scatterings_);
+  term.inside = (length_squared(off) < half * half) & (height < half * F8(kMaxHeight));
   return term;
 }
 

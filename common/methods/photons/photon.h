@@ -19,7 +19,7 @@ struct Photon {
   std::uint32_t first = 0;  ///< 1: it has met nothing or only casters before; 0: it has met a receiver
 };
 inline constexpr int kTagGroupShift = 16;
-inline constexpr std::uint32_t kMostScatterings = (1u << kTagGroupShift) - 1;  ///< largest count of a tag
+inline constexpr std::uint32_t kMaxScatterings = (1u << kTagGroupShift) - 1;  ///< largest count of a tag
 
 struct Photon8 {
   V8 point, wi, power, normal;

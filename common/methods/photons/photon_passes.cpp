@@ -12,12 +12,12 @@ double radius_factor(std::uint64_t sample) {
   return cube_root_fixed(1 / std::sqrt(static_cast<double>((sample >> 1) + 1)));
 }
 
-/// `wanted`, or fewer, so that at most kMostStored photons are stored. Trials with fixed seeds estimate the stored
+/// `wanted`, or fewer, so that at most kMaxStored photons are stored. Trials with fixed seeds estimate the stored
 /// photons per emitted photon. Three standard errors are added. The result does not depend on the job's seed.
 std::uint32_t limited_photons(std::uint32_t wanted, PhotonPassPlan trial,
                               const std::function<std::size_t(const PhotonPassPlan&)>& stored) {
   constexpr std::uint32_t kTrials = 16, kTried = 64, kTriedSeed = 0x74726965u;
-  if (std::uint64_t{wanted} * trial.max_bounces <= kMostStored) {
+  if (std::uint64_t{wanted} * trial.max_bounces <= kMaxStored) {
     return wanted;
   }
   const FixedFloatEnvironment float_environment;
@@ -31,7 +31,7 @@ std::uint32_t limited_photons(std::uint32_t wanted, PhotonPassPlan trial,
   }
   const double mean = sum / kTrials, variance = squares / kTrials - mean * mean;
   const double most = mean + 3 * std::sqrt(std::max(variance, 0.0) / (kTrials - 1));
-  return most * wanted <= kMostStored ? wanted : static_cast<std::uint32_t>(kMostStored / most);
+  return most * wanted <= kMaxStored ? wanted : static_cast<std::uint32_t>(kMaxStored / most);
 }
 
 }  // namespace
@@ -57,14 +57,14 @@ std::uint64_t PhotonPass::bytes() const {
 }
 
 double default_radius(const CompiledScene& scene, const PhotonKind& kind) {
-  constexpr double kMostOfDistance = 0.05;
-  return std::min(kind.radius, kMostOfDistance / glm::length(scene.camera().right));
+  constexpr double kMaxOfDistance = 0.05;
+  return std::min(kind.radius, kMaxOfDistance / glm::length(scene.camera().right));
 }
 
 std::uint32_t default_photons(const CompiledScene& scene, const PhotonKind& kind) {
   const std::uint64_t pixels = std::uint64_t{1} * scene.film_width() * scene.film_height();
   return static_cast<std::uint32_t>(
-      std::clamp<std::uint64_t>(pixels / kind.pixels_per_photon, kLeastDefaultPhotons, kMostDefaultPhotons));
+      std::clamp<std::uint64_t>(pixels / kind.pixels_per_photon, kMinDefaultPhotons, kMaxDefaultPhotons));
 }
 
 PhotonPassSettings pass_settings(const MethodSettings& settings, const MethodSpec& spec, const PhotonKind& kind) {
@@ -79,7 +79,7 @@ PhotonPassSettings completed(const CompiledScene& scene, PhotonPassSettings sett
   if (settings.radius == 0) {
     settings.radius = default_radius(scene, settings.kind);
   }
-  settings.max_bounces = std::min(settings.max_bounces, kMostScatterings);
+  settings.max_bounces = std::min(settings.max_bounces, kMaxScatterings);
   if (!emission.empty()) {
     settings.photons = limited_photons(
         settings.photons, {.kind = settings.kind, .max_bounces = settings.max_bounces, .radius_per_length = 1}, stored);

@@ -13,7 +13,7 @@ struct PhotonPassSettings {
   PhotonKind kind;
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;
-  std::uint32_t photons = 0;  ///< per pass; fewer if more than kMostStored would be stored; 0: default_photons
+  std::uint32_t photons = 0;  ///< per pass; fewer if more than kMaxStored would be stored; 0: default_photons
   double radius = 0;          ///< gather radius of the first pass, in pixels; 0: default_radius
 };
 PhotonPassSettings pass_settings(const MethodSettings& settings, const MethodSpec& spec, const PhotonKind& kind);
@@ -24,9 +24,9 @@ double default_radius(const CompiledScene& scene, const PhotonKind& kind);
 std::uint32_t default_photons(const CompiledScene& scene, const PhotonKind& kind);
 /// Limit of a pass's mean number of stored photons. In closed rooms that absorb almost no light, fewer photons start,
 /// so that each is still followed to its end.
-inline constexpr std::uint32_t kMostStored = 1u << 20;
+inline constexpr std::uint32_t kMaxStored = 1u << 20;
 
-/// The settings with defaults, and with no more photons than kMostStored allows. `stored(plan)` is the number of
+/// The settings with defaults, and with no more photons than kMaxStored allows. `stored(plan)` is the number of
 /// photons that a pass stores.
 PhotonPassSettings completed(const CompiledScene& scene, PhotonPassSettings settings, const PhotonEmission& emission,
                              const std::function<std::size_t(const PhotonPassPlan&)>& stored);

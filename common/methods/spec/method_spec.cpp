@@ -89,7 +89,7 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
     return ok_status();
   }
   if (key == "photons") {
-    LM_ASSIGN_OR_RETURN(const double photons, bounded_number(key, value, 1, kMostPhotons));
+    LM_ASSIGN_OR_RETURN(const double photons, bounded_number(key, value, 1, kMaxPhotons));
     if (photons != std::floor(photons)) {
       return invalid_argument("photons: a whole number is expected, got '{}'", value);
     }
@@ -138,32 +138,32 @@ bool method_gathers(std::string_view name) {
 
 std::uint32_t shared_samples(const MethodSpec& method) {
   // Stored photons with their search structures, per emitted photon, in rooms full of glass and mirrors.
-  constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32;
+  constexpr std::uint64_t kBytesPerPhoton = 512, kMaxSharedSamples = 32;
   if (!follows_photons(method.name)) {
     return 0;
   }
-  const std::uint64_t pass = method.photons.value_or(kMostDefaultPhotons) * kBytesPerPhoton;
-  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kHeldPassBytes / pass, 1, kMostSamples));
+  const std::uint64_t pass = method.photons.value_or(kMaxDefaultPhotons) * kBytesPerPhoton;
+  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kHeldPassBytes / pass, 1, kMaxSharedSamples));
 }
 
 std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level) {
   return shared_samples(method) == 0 ? level : 0;
 }
 
-std::vector<MethodAbout> method_abouts() {
-  std::vector<MethodAbout> abouts;
+std::vector<MethodDescription> method_descriptions() {
+  std::vector<MethodDescription> abouts;
   for (const Entry& entry : kMethods) {
     abouts.push_back({entry.name, entry.summary, entry.parameters});
   }
   return abouts;
 }
 
-std::uint32_t most_bounces(std::string_view method) {
-  return method == "whitted" ? kMaxWhittedBounces : kMostBounces;
+std::uint32_t max_bounces_of(std::string_view method) {
+  return method == "whitted" ? kMaxWhittedBounces : kMaxBounces;
 }
 
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
-  const std::uint32_t most = most_bounces(method);
+  const std::uint32_t most = max_bounces_of(method);
   return max_bounces <= most ? ok_status()
                              : invalid_argument("{} follows at most {} bounces, got {}", method, most, max_bounces);
 }

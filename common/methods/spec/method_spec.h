@@ -30,8 +30,8 @@ struct MethodSpec {
   /// `radius=C`: gather radius in the first pass, in pixels. Empty: 1.5 (`vcm` 0.5, `ppm` 3).
   std::optional<double> radius;
 };
-inline constexpr std::uint32_t kMostPhotons = 1u << 22;  ///< in a pass
-inline constexpr std::uint32_t kLeastDefaultPhotons = 4096, kMostDefaultPhotons = 65536;
+inline constexpr std::uint32_t kMaxPhotons = 1u << 22;  ///< in a pass
+inline constexpr std::uint32_t kMinDefaultPhotons = 4096, kMaxDefaultPhotons = 65536;
 
 /// Placeholder for the method that the planner chooses for the scene, before anything is rendered.
 inline constexpr std::string_view kAutoMethod = "auto";
@@ -41,10 +41,10 @@ const std::vector<std::string_view>& method_names();
 /// The same, separated by commas.
 std::string_view method_list();
 /// Name, summary and parameters of each method. Parameters are written as in "photons=N, brute-force".
-struct MethodAbout {
+struct MethodDescription {
   std::string_view name, summary, parameters;
 };
-std::vector<MethodAbout> method_abouts();
+std::vector<MethodDescription> method_descriptions();
 
 /// Whether a method uses the scene's lights: without any, its picture is black.
 bool method_needs_light(std::string_view name);
@@ -64,18 +64,18 @@ std::uint32_t shared_samples(const MethodSpec& method);
 std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level);
 
 /// Default limit of scatterings. A closed room of albedo 1 would never end a path.
-inline constexpr std::uint32_t kMaxBounces = 1000;
+inline constexpr std::uint32_t kDefaultBounces = 1000;
 /// The limit for `max_bounces`, where 0 stands for the default.
 constexpr std::uint32_t bounce_limit(std::uint32_t max_bounces) {
-  return max_bounces == 0 ? kMaxBounces : max_bounces;
+  return max_bounces == 0 ? kDefaultBounces : max_bounces;
 }
 /// The largest limit that users can set.
-inline constexpr std::uint32_t kMostBounces = 1'000'000;
+inline constexpr std::uint32_t kMaxBounces = 1'000'000;
 
 /// Largest and default limit of `whitted`.
 inline constexpr std::uint32_t kMaxWhittedBounces = 128;
 /// The largest limit that users can set for this method.
-std::uint32_t most_bounces(std::string_view method);
+std::uint32_t max_bounces_of(std::string_view method);
 /// INVALID_ARGUMENT if the limit is too large for the method. 0 stands for its own limit.
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces);
 

@@ -5,7 +5,7 @@
 
 #include "common/lights/light_choice.h"
 #include "common/materials/bsdf.h"
-#include "common/methods/primary_rays.h"
+#include "common/methods/camera_rays.h"
 #include "common/methods/see_through.h"
 
 namespace lightmill::tracer {
@@ -50,7 +50,7 @@ constexpr std::uint32_t light_decision(std::uint32_t vertex) {
 constexpr std::uint32_t light_decision(std::uint32_t vertex, std::uint32_t draw) {
   return light_decision(vertex) + draw * 0x08000000u;
 }
-static_assert(kMostLightsTogether * 0x08000000u <= 0x20000000u);
+static_assert(kMaxLightsTogether * 0x08000000u <= 0x20000000u);
 constexpr std::uint32_t bsdf_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 1;
 }

@@ -1,6 +1,6 @@
 #include "common/methods/tracer/wavefront.h"
 
-#include "common/methods/primary_rays.h"
+#include "common/methods/camera_rays.h"
 
 namespace lightmill::tracer {
 
@@ -76,7 +76,7 @@ void Wavefront::add_untraceable(M8 lanes, const Ray8& rays, U8 slot) {
 
 Path8 Wavefront::camera_paths(std::size_t pixel, U8 seed) const {
   const U8 pixels = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
-  const Ray8 rays = primary_rays(scene_, tile_, pixels, seed, plan_.index);
+  const Ray8 rays = sample_camera_rays(scene_, tile_, pixels, seed, plan_.index);
   return {rays.origin, rays.direction,  broadcast(Vec3(1)),   F8(0.0f), F8(1.0f), pixels,
           seed,        U8(plan_.index), scene_.camera_media()};
 }

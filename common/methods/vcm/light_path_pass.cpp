@@ -121,9 +121,9 @@ void sort_by_path(const std::vector<std::uint32_t>& paths, LightPathPass& pass) 
 void LightPathPass::trace(const CompiledScene& scene, const photons::PhotonSource& source, RenderCounters& counters,
                           const std::stop_token& stop) {
   // Merging radii grow with the distance from the camera, between these multiples of the scene's radius.
-  constexpr float kLeastDistance = 1.0f / 256, kMostDistance = 8;
+  constexpr float kMinDistance = 1.0f / 256, kMaxDistance = 8;
   const auto extent = static_cast<float>(scene.caustic_targets().scene.radius) * plan.radius_per_length;
-  merging = {scene.camera().position, plan.radius_per_length, kLeastDistance * extent, kMostDistance * extent};
+  merging = {scene.camera().position, plan.radius_per_length, kMinDistance * extent, kMaxDistance * extent};
   LightPaths paths(scene, source.emission, *this);
   photons::PhotonTracer(scene, source, paths, *this, counters).run(stop);
   sort_by_path(paths.path_of_photon(), *this);

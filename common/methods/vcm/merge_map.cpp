@@ -10,11 +10,11 @@ MergeMap::MergeMap(std::span<const photons::Photon> photons, const MergeRadii& r
   if (photons.empty()) {
     return;
   }
-  constexpr float kRounding = 1e-5f, kInfinite = std::numeric_limits<float>::infinity(), kLeastCell = 0x1p-60f;
+  constexpr float kRounding = 1e-5f, kInfinite = std::numeric_limits<float>::infinity(), kMinCell = 0x1p-60f;
   const float k = radii.per_length;
   const float smaller = (1 - kRounding) / (1 + k), larger = k < 1 ? (1 + kRounding) / (1 - k) : kInfinite;
   const float width = std::max(2.0f, larger / smaller);
-  limits_.push_back(std::max(radii.least, kLeastCell) * width);
+  limits_.push_back(std::max(radii.least, kMinCell) * width);
   while (limits_.back() < radii.most) {
     limits_.push_back(limits_.back() * width);
   }
@@ -26,7 +26,7 @@ MergeMap::MergeMap(std::span<const photons::Photon> photons, const MergeRadii& r
     }
   }
   for (std::size_t i = 0; i < limits_.size(); ++i) {
-    const float cell = 2 * std::min(limits_[i], std::max(radii.most, kLeastCell));
+    const float cell = 2 * std::min(limits_[i], std::max(radii.most, kMinCell));
     octaves_.emplace_back(photons, filed[i], cell);
     std::vector<std::uint32_t>().swap(filed[i]);
   }

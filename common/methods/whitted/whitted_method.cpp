@@ -29,7 +29,7 @@
 namespace lightmill {
 namespace {
 
-constexpr float kLeastWeight = 1e-5f;
+constexpr float kMinWeight = 1e-5f;
 constexpr std::uint32_t kMaxBranches = 4096;  ///< of one camera ray; glass between mirrors has no end of branches
 
 /// Eight rays to be traced. Each stays in the lane of its camera ray, where its light is added.
@@ -105,9 +105,9 @@ class WhittedShader {
       const M8 total = fresnel.cos_refracted <= F8(0.0f);
       fresnel.reflectance = select(total, F8(1.0f), F8(static_cast<float>(*fixed_reflectance_)));
     }
-    SmoothLobes8 lobes;
+    DeltaLobes8 lobes;
     for_each_kind(scene_->materials(), vertex.surface, lanes, [&](MaterialKind kind, M8 of_kind) {
-      const SmoothLobes8 of_these = smooth_lobes(kind, vertex, wo, fresnel, eta, of_kind);
+      const DeltaLobes8 of_these = delta_lobes(kind, vertex, wo, fresnel, eta, of_kind);
       lobes = {select(of_kind, of_these.reflected, lobes.reflected),
                select(of_kind, of_these.refracted, lobes.refracted)};
     });
@@ -118,7 +118,7 @@ class WhittedShader {
   }
 
   /// The smooth lobes, which LocalShading leaves out.
-  SmoothLobes8 smooth_lobes(MaterialKind kind, const LitVertex8& vertex, const V8& wo,
+  DeltaLobes8 delta_lobes(MaterialKind kind, const LitVertex8& vertex, const V8& wo,
                             const dielectric::Fresnel8& fresnel, F8 eta, M8 lanes) const {
     const MaterialTable& materials = scene_->materials();
     switch (kind) {
@@ -146,7 +146,7 @@ class WhittedShader {
     V8 direction = vertex.frame.to_world(wi);
     // A branch ends if both normals disagree on its side of the surface.
     const M8 wrong = vertex.turn(direction, M8(kTransmitted));
-    lanes = and_not(lanes, wrong | (max_component(weight) < F8(kLeastWeight)));
+    lanes = and_not(lanes, wrong | (max_component(weight) < F8(kMinWeight)));
     lanes = lanes & signed_less(walk.branches, U8(kMaxBranches));
     if (lanes.any()) {
       walk.branches = walk.branches + select(lanes, U8(1u), U8(0u));

@@ -17,7 +17,7 @@ Vec3 unit(const Point3d& direction) {
 }
 
 /// 1 − cos of half the smallest angular diameter, 0.01°, that directions in single precision resolve.
-constexpr double kLeastDiskAngle = 4e-9;
+constexpr double kMinDiskAngle = 4e-9;
 
 /// The part of `up` across a unit direction, as a unit vector.
 Vec3d across(const Vec3d& direction, const Point3d& up) {
@@ -32,7 +32,7 @@ double degrees_to_radians(double degrees) {
 /// 1 − cos of half this angular diameter. Disks that single precision does not resolve are none.
 float disk_angle(double diameter_degrees) {
   const double angle = one_minus_cos_fixed(degrees_to_radians(diameter_degrees / 2));
-  return angle < kLeastDiskAngle ? 0.0f : static_cast<float>(angle);
+  return angle < kMinDiskAngle ? 0.0f : static_cast<float>(angle);
 }
 
 /// The peak memory of an image that becomes an EnvironmentRadiance. First it is the texels with the radiance, then the
@@ -75,7 +75,7 @@ Vec3 LightBuilder::to_frame(const Point3d& p) const {
   return Vec3(frame_.to_frame(to_vec(p)));
 }
 
-/// Balls whose projected area underflows in single precision are points.
+/// Spheres whose projected area underflows in single precision are points.
 float LightBuilder::ball_radius(double radius) const {
   const auto in_frame = static_cast<float>(radius * frame_.scale());
   return in_frame * in_frame < std::numeric_limits<float>::min() ? 0.0f : in_frame;

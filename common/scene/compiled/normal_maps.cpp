@@ -48,9 +48,9 @@ void NormalMaps::apply(const GeometryTable& geometry, const TextureSet& textures
   // Moves normals off the horizon, along the geometric normal.
   const V8& up = surface.geometric_normal;
   const F8 cosine = dot(n, up), sine2 = max(F8(1.0f) - cosine * cosine, F8(0.0f));
-  const M8 low = cosine < F8(kLeastCosine);
-  const F8 shrink = select(sine2 > F8(0.0f), F8(std::sqrt(1 - kLeastCosine * kLeastCosine)) / sqrt(sine2), F8(0.0f));
-  n = select(low, normalize((n - up * cosine) * shrink + up * F8(kLeastCosine)), n);
+  const M8 low = cosine < F8(kMinCosine);
+  const F8 shrink = select(sine2 > F8(0.0f), F8(std::sqrt(1 - kMinCosine * kMinCosine)) / sqrt(sine2), F8(0.0f));
+  n = select(low, normalize((n - up * cosine) * shrink + up * F8(kMinCosine)), n);
   surface.shading_normal = select(usable, n, surface.shading_normal);
 }
 

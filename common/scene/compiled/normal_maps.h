@@ -24,10 +24,10 @@ class NormalMaps {
   NormalMaps(const Scene& scene, double length_scale);
 
   /// Sets the shading normals of `surface.mapped`. They stay on the side of the geometric normal, at an angle of at most
-  /// acos(kLeastCosine).
+  /// acos(kMinCosine).
   void apply(const GeometryTable& geometry, const TextureSet& textures, const Hit8& hits, Surface8& surface) const;
 
-  static constexpr float kLeastCosine = 0.05f;
+  static constexpr float kMinCosine = 0.05f;
 
  private:
   V8 normals(const TextureSet& textures, const Tangents8& tangents, const Surface8& surface, M8 lanes) const;

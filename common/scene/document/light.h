@@ -10,8 +10,8 @@
 
 namespace lightmill {
 
-inline constexpr double kLeastCutoffDegrees = 1e-3;  ///< of a spot: half its opening
-inline constexpr double kLeastSpreadDegrees = 1;     ///< of a disk
+inline constexpr double kMinCutoffDegrees = 1e-3;  ///< of a spot: half its opening
+inline constexpr double kMinSpreadDegrees = 1;     ///< of a disk
 inline constexpr double kMaxCosineExponent = 1e4;    ///< n of cosⁿ; single precision has no cosine for larger ones
 
 /// Radiates equally in all directions, from a point or a sphere.
@@ -31,7 +31,7 @@ struct SpotLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};
   RgbColor intensity;          ///< W/sr along the direction
-  double cutoff_degrees = 45;  ///< half the cone's opening, in [kLeastCutoffDegrees, 180]
+  double cutoff_degrees = 45;  ///< half the cone's opening, in [kMinCutoffDegrees, 180]
   double blend = 0;            ///< share of the cone's opening with falloff, in [0, 1]
   double radius = 0;           ///< of the sphere; its radiance is the intensity in a direction / (π radius²)
 };
@@ -50,7 +50,7 @@ struct DiskLight {
   double radius = 1;            ///< in scene units; of an ellipse, along `up`; of a rectangle, half its height
   double second_radius = 1;     ///< across `up`; a disk has equal radii; of a rectangle, half its width
   Point3d up{1, 0, 0};          ///< only the part across `direction` counts
-  /// Opening of the cone around `direction` in which it emits, in [kLeastSpreadDegrees, 180]. The radiance at the angle
+  /// Opening of the cone around `direction` in which it emits, in [kMinSpreadDegrees, 180]. The radiance at the angle
   /// θ is (1 − tan θ / tan(spread/2)) · `radiance`, as behind a grid of slats.
   double spread_degrees = 180;
   bool rectangular = false;

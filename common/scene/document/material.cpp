@@ -69,7 +69,7 @@ const Anisotropy* anisotropy_of(const Material& material) {
 double mean_roughness(double roughness, const Anisotropy& anisotropy) {
   const double alpha = roughness * roughness;
   const double along = alpha + (1 - alpha) * anisotropy.strength * anisotropy.strength;
-  return anisotropy.strength > 0 ? std::pow(std::max(alpha, kLeastAnisotropicAlpha) * along, 0.25) : roughness;
+  return anisotropy.strength > 0 ? std::pow(std::max(alpha, kMinAnisotropicAlpha) * along, 0.25) : roughness;
 }
 
 RgbColor absorption_of_color(const RgbColor& color) {

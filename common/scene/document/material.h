@@ -18,7 +18,7 @@ inline constexpr double kMaxPhongExponent = 1e6;   ///< single precision has no 
 inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
 inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 
-inline constexpr double kLeastAnisotropicAlpha = 1e-4;  ///< GGX's alpha across the direction is at least this
+inline constexpr double kMinAnisotropicAlpha = 1e-4;  ///< GGX's alpha across the direction is at least this
 inline constexpr double kMaxRotationDegrees = 1e4;      ///< of texture coordinates
 
 /// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).

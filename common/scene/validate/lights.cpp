@@ -23,7 +23,7 @@ Status check_spot(const std::string& path, const SpotLight& spot) {
   LM_RETURN_IF_ERROR(check_point(path + ".spot.position", spot.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".spot.intensity", spot.intensity));
-  LM_RETURN_IF_ERROR(check_range(path + ".spot.cutoff_degrees", spot.cutoff_degrees, kLeastCutoffDegrees, 180));
+  LM_RETURN_IF_ERROR(check_range(path + ".spot.cutoff_degrees", spot.cutoff_degrees, kMinCutoffDegrees, 180));
   LM_RETURN_IF_ERROR(check_range(path + ".spot.blend", spot.blend, 0, 1));
   return check_range(path + ".spot.radius", spot.radius, 0, kMaxCoordinate);
 }
@@ -49,7 +49,7 @@ Status check_disk(const std::string& path, const DiskLight& disk) {
     LM_RETURN_IF_ERROR(check_length(field + "second_radius", disk.second_radius));
   }
   LM_RETURN_IF_ERROR(check_direction(field + "up", disk.up));
-  LM_RETURN_IF_ERROR(check_range(field + "spread_degrees", disk.spread_degrees, kLeastSpreadDegrees, 180));
+  LM_RETURN_IF_ERROR(check_range(field + "spread_degrees", disk.spread_degrees, kMinSpreadDegrees, 180));
   return check_up(field + "up", disk.up, disk.direction);
 }
 

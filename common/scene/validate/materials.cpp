@@ -93,8 +93,8 @@ Status check_maps(const std::string& path, const Material& material) {
   if ((normals || bumps) && std::holds_alternative<HoldoutMaterial>(material.kind)) {
     return invalid_argument("{}.{}: a holdout has no shading normals", path, normals ? "normal_map" : "bump_map");
   }
-  constexpr double kMostScale = 1e6;
-  LM_RETURN_IF_ERROR(check_range(path + ".normal_map.scale", material.normal_map.scale, -kMostScale, kMostScale));
+  constexpr double kMaxScale = 1e6;
+  LM_RETURN_IF_ERROR(check_range(path + ".normal_map.scale", material.normal_map.scale, -kMaxScale, kMaxScale));
   return check_range(path + ".bump_map.height", material.bump_map.height, -kMaxCoordinate, kMaxCoordinate);
 }
 

@@ -29,7 +29,7 @@ constexpr std::array<std::string_view, 16> kKnownExtensions{"KHR_lights_punctual
                                                             kWebpTextures,
                                                             kDdsTextures};
 
-constexpr std::uint64_t kMostReadBytes = std::uint64_t{16} << 30;  ///< of other files, each time that one is read
+constexpr std::uint64_t kMaxReadBytes = std::uint64_t{16} << 30;  ///< of other files, each time that one is read
 constexpr std::size_t kMaxNamed = 100;                             ///< unlisted extensions of a file that are named
 
 bool is_known(std::string_view extension) {
@@ -66,7 +66,7 @@ class GltfScene {
     } else {
       use_camera(loaded_.cameras.front(), loaded_.scene);
     }
-    if (options.light_the_dark) {
+    if (options.add_sky_if_unlit) {
       add_missing_light(loaded_);
     }
     LM_RETURN_IF_ERROR(with_context(validate(loaded_.scene), file_name_));
@@ -179,7 +179,7 @@ class GltfScene {
     const std::size_t targets = primitives.size() == 0 ? 0 : primitives.at(0)["targets"].size();
     std::vector<double> out;
     for (std::size_t i = 0; i < std::min(weights.size(), targets); ++i) {
-      out.push_back(weights.at(i).number(0, -kMostWeight, kMostWeight));
+      out.push_back(weights.at(i).number(0, -kMaxWeight, kMaxWeight));
     }
     return moving(std::move(out));
   }
@@ -256,7 +256,7 @@ class GltfScene {
 Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, const GltfOptions& options,
                               FileSource files) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
-                      GltfData::open(std::move(bytes), file_name, at_most(kMostReadBytes, std::move(files)),
+                      GltfData::open(std::move(bytes), file_name, at_most(kMaxReadBytes, std::move(files)),
                                      options.decode_mesh, options.most_shared_bytes));
   return GltfScene(*data, file_name).read(options);
 }

@@ -8,11 +8,11 @@ namespace lightmill {
 
 struct GltfOptions {
   std::optional<AnimationMoment> moment = {};
-  bool light_the_dark = true;    ///< adds a sky if nothing lights the scene
+  bool add_sky_if_unlit = true;    ///< adds a sky if nothing lights the scene
   MeshDecoder decode_mesh = {};  ///< without one, files with compressed meshes are refused
   /// The most bytes that accessors read, beyond 8 times those of the file's buffers. Accessors may share bytes, and
   /// meshes in many poses read theirs for each.
-  std::uint64_t most_shared_bytes = kMostSharedBytes;
+  std::uint64_t most_shared_bytes = kMaxSharedBytes;
 };
 
 /// Reads a glTF file at a moment: the nodes of its scene with their meshes (instances share theirs), materials

@@ -17,7 +17,7 @@ constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 31;
 
 /// How often accessors may read each byte of the buffers, on average. A byte takes up to 8 in memory, and stays there as
 /// part of a mesh.
-constexpr std::uint64_t kMostReadings = 8;
+constexpr std::uint64_t kMaxReadings = 8;
 
 enum ComponentType : std::uint32_t {
   kInt8 = 5120,
@@ -226,7 +226,7 @@ std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index,
 bool GltfData::may_read(const JsonNode& index, std::uint64_t bytes) const {
   read_bytes_ += bytes;
   const std::uint64_t decoded = (kMaxMeshoptBytes - meshopt_budget_) + (kMaxDracoBytes - draco_budget_);
-  const std::uint64_t most = most_shared_bytes_ + kMostReadings * (buffer_bytes_ + decoded);
+  const std::uint64_t most = most_shared_bytes_ + kMaxReadings * (buffer_bytes_ + decoded);
   if (read_bytes_ > most) {
     index.fail(fmt::format("the file's accessors share bytes, and would read more than {} of them", human_bytes(most)));
   }

@@ -14,7 +14,7 @@
 
 namespace lightmill {
 
-inline constexpr std::uint64_t kMostSharedBytes = std::uint64_t{1} << 30;  ///< see GltfOptions
+inline constexpr std::uint64_t kMaxSharedBytes = std::uint64_t{1} << 30;  ///< see GltfOptions
 inline constexpr std::string_view kDraco = "KHR_draco_mesh_compression";
 /// Bytes that all decoded meshes of a file may have together, with the compressed ones.
 inline constexpr std::uint64_t kMaxDracoBytes = std::uint64_t{4} << 30;
@@ -28,7 +28,7 @@ class GltfData {
   /// GltfOptions.
   static Result<std::unique_ptr<GltfData>> open(std::string bytes, const std::string& file_name, FileSource files,
                                                 MeshDecoder decode_mesh = nullptr,
-                                                std::uint64_t most_shared_bytes = kMostSharedBytes);
+                                                std::uint64_t most_shared_bytes = kMaxSharedBytes);
   ~GltfData();
 
   JsonNode root() const;

@@ -12,13 +12,13 @@ struct Influences {
   std::vector<std::array<double, 4>> joints, weights;
 };
 
-constexpr std::size_t kMostSets = 4;
+constexpr std::size_t kMaxSets = 4;
 
-/// The sets JOINTS_0, JOINTS_1, … with their weights, at most kMostSets. Empty after an error.
+/// The sets JOINTS_0, JOINTS_1, … with their weights, at most kMaxSets. Empty after an error.
 std::vector<Influences> read_influences(const GltfData& data, const JsonNode& primitive, std::size_t joints,
                                         const GltfVertices& vertices) {
   std::vector<Influences> sets;
-  for (std::size_t set = 0; set < kMostSets; ++set) {
+  for (std::size_t set = 0; set < kMaxSets; ++set) {
     const JsonNode which = primitive["attributes"][fmt::format("JOINTS_{}", set)];
     const JsonNode weights = primitive["attributes"][fmt::format("WEIGHTS_{}", set)];
     if (!which.present() || !weights.present()) {
@@ -111,15 +111,15 @@ bool has_all(const GltfData& data, const JsonNode& attribute, std::string_view w
 bool count_deformed(const JsonNode& primitive, const MeshPose& pose, std::size_t vertices, std::size_t triangles,
                     std::uint64_t& deformed) {
   const auto moves = [](double weight) { return weight != 0; };
-  const std::uint64_t arrays = (pose.joints != nullptr ? 2 * kMostSets : 0) +
+  const std::uint64_t arrays = (pose.joints != nullptr ? 2 * kMaxSets : 0) +
                                (pose.weights != nullptr ? std::ranges::count_if(*pose.weights, moves) : 0);
   deformed +=
       (vertices + triangles) * (1 + arrays) + primitive["targets"].size() + primitive["attributes"].keys().size();
-  if (deformed > kMostDeformed) {
+  if (deformed > kMaxDeformed) {
     primitive.fail(fmt::format("skins and morph targets move too much: more than {} vertices, triangles and targets",
-                               kMostDeformed));
+                               kMaxDeformed));
   }
-  return deformed <= kMostDeformed;
+  return deformed <= kMaxDeformed;
 }
 
 void add_morph_targets(const GltfData& data, const JsonNode& primitive, std::string_view attribute,

@@ -17,7 +17,7 @@ struct GltfVertices {
 bool has_all(const GltfData& data, const JsonNode& attribute, std::string_view what, const GltfVertices& vertices);
 
 /// Work to deform all meshes of a file: vertices and triangles, times the arrays that are read for each.
-inline constexpr std::uint64_t kMostDeformed = 100'000'000;
+inline constexpr std::uint64_t kMaxDeformed = 100'000'000;
 
 /// Adds the work of a primitive to `deformed`. False, with an error, if it is too much. Each deformed copy is a mesh of
 /// its own.

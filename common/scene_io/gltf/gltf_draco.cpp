@@ -8,7 +8,7 @@ namespace {
 constexpr std::uint64_t kTriangleMode = 4, kStripMode = 5;
 
 /// Triangles for each vertex that a mesh without an accessor for its indices may have. A closed surface has two.
-constexpr std::uint64_t kMostTrianglesOfVertex = 4;
+constexpr std::uint64_t kMaxTrianglesOfVertex = 4;
 
 std::uint32_t components_of(const JsonNode& type) {
   constexpr std::array<std::string_view, 4> kNames{"SCALAR", "VEC2", "VEC3", "VEC4"};
@@ -60,7 +60,7 @@ MeshRequest GltfData::draco_request(const JsonNode& primitive, std::vector<std::
     primitive["mode"].fail(fmt::format("compressed geometry must be triangles (4) or strips (5), got {}", mode));
   }
   if (!indices.present()) {
-    request.triangles = kMostTrianglesOfVertex * request.vertices;
+    request.triangles = kMaxTrianglesOfVertex * request.vertices;
     request.fewer_triangles = true;
   } else if (const std::uint64_t corners = count(indices); mode == kStripMode) {
     request.triangles = corners;

@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostNameBytes = 500;  ///< of an image
+constexpr std::size_t kMaxImageNameBytes = 500;  ///< of an image
 
 RgbColor to_rgb(const std::array<double, 3>& c, double scale = 1) {
   return {static_cast<float>(c[0] * scale), static_cast<float>(c[1] * scale), static_cast<float>(c[2] * scale)};
@@ -342,7 +342,7 @@ std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& f
   file = cut_text(utf8_text(!uri.empty() && !uri.starts_with("data:") ? uri
                             : name.empty()                            ? image.path()
                                                                       : name),
-                  kMostNameBytes);
+                  kMaxImageNameBytes);
   if (!file.ends_with(*ending)) {
     file += *ending;
   }

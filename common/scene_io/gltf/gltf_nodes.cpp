@@ -121,9 +121,9 @@ namespace {
 constexpr double kLumensPerWatt = 683;
 
 std::string name_of(const PlacedNode& placed, const JsonNode& thing) {
-  constexpr std::size_t kMostBytes = 500;  // many nodes may share the thing
+  constexpr std::size_t kMaxBytes = 500;  // many nodes may share the thing
   const std::string node = placed.node["name"].text();
-  return !node.empty() ? node : cut_text(thing["name"].text(), kMostBytes);
+  return !node.empty() ? node : cut_text(thing["name"].text(), kMaxBytes);
 }
 
 /// The node's −z axis, along which its lights and cameras look. It must not be zero.
@@ -174,7 +174,7 @@ std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, 
     kind.position = placed.origin();
     kind.direction = forward(placed);
     kind.intensity = power;
-    kind.cutoff_degrees = std::max(outer * 180 / std::numbers::pi, kLeastCutoffDegrees);
+    kind.cutoff_degrees = std::max(outer * 180 / std::numbers::pi, kMinCutoffDegrees);
     kind.blend = std::clamp(1 - inner / outer, 0.0, 1.0);
     out.kind = kind;
   } else {

@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostValues = 20'000'000;  ///< numbers of all keyframes that are read
+constexpr std::size_t kMaxValues = 20'000'000;  ///< numbers of all keyframes that are read
 
 /// The keyframes around a moment.
 struct Keyframes {
@@ -101,10 +101,10 @@ class Samplers {
   /// Counts numbers that are read. Reports an error if they are too many.
   bool reads(const JsonNode& at, std::size_t numbers) {
     values_ += numbers;
-    if (values_ > kMostValues) {
-      at.fail(fmt::format("the animation needs more than {} numbers", kMostValues));
+    if (values_ > kMaxValues) {
+      at.fail(fmt::format("the animation needs more than {} numbers", kMaxValues));
     }
-    return values_ <= kMostValues;
+    return values_ <= kMaxValues;
   }
 
   /// Nothing, with a fault, if the times are wrong.
@@ -242,7 +242,7 @@ Result<GltfPoses> poses_at(const GltfData& data, const AnimationMoment& moment) 
     } else if (const std::size_t targets = morph_targets(data, node); path == "weights" && targets > 0) {
       pose.weights = samplers.value(sampler, true, targets);
       for (double& weight : pose.weights ? *pose.weights : none) {
-        weight = std::isfinite(weight) ? std::clamp(weight, -kMostWeight, kMostWeight) : 0;
+        weight = std::isfinite(weight) ? std::clamp(weight, -kMaxWeight, kMaxWeight) : 0;
       }
     } else {
       target.fault(fmt::format("\"{}\" cannot be animated", utf8_text(path.substr(0, 40))), "its animation is skipped");

@@ -20,7 +20,7 @@ struct NodePose {
   std::optional<std::vector<double>> weights;     ///< of morph targets
 };
 
-inline constexpr double kMostWeight = 1e6;  ///< of a morph target
+inline constexpr double kMaxWeight = 1e6;  ///< of a morph target
 
 /// Poses by the path of their node. Nodes that no animation changes have none.
 using GltfPoses = std::unordered_map<std::string, NodePose>;

@@ -99,10 +99,10 @@ Result<LoadedScene> MitsubaWorld::convert(const MitsubaObject& scene) {
 }
 
 Status MitsubaWorld::set_views(const MitsubaObject& scene) {
-  constexpr std::size_t kMostSensors = 1000;
+  constexpr std::size_t kMaxSensors = 1000;
   for (const MitsubaObject* sensor : scene.nested("sensor")) {
-    if (loaded_.cameras.size() == kMostSensors) {
-      return sensor->place.error("there are more than {} sensors", kMostSensors);
+    if (loaded_.cameras.size() == kMaxSensors) {
+      return sensor->place.error("there are more than {} sensors", kMaxSensors);
     }
     LM_ASSIGN_OR_RETURN(MitsubaView view, read_mitsuba_view(*sensor, world_to_scene_, notices_, loaded_.faults));
     if (const Status valid = validate(view.camera.camera); !valid.ok()) {
@@ -336,8 +336,8 @@ Status MitsubaWorld::place(const Piece& piece, const Transform& to_scene, const 
 }  // namespace
 
 Result<LoadedScene> read_mitsuba(std::string text, const std::string& file_name, FileSource files) {
-  constexpr std::uint64_t kMostReadBytes = std::uint64_t{16} << 30;  // of files, each time that the scene names one
-  FileSource limited = at_most(kMostReadBytes, std::move(files));
+  constexpr std::uint64_t kMaxReadBytes = std::uint64_t{16} << 30;  // of files, each time that the scene names one
+  FileSource limited = at_most(kMaxReadBytes, std::move(files));
   LM_ASSIGN_OR_RETURN(const MitsubaDocument document, read_mitsuba_xml(std::move(text), file_name, limited));
   FileSource found = [&](const std::string& name) { return find_mitsuba_file(limited, document.folders, name); };
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, MitsubaWorld(found).convert(document.objects.front()));

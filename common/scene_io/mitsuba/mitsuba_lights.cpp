@@ -78,7 +78,7 @@ SpotLight spot_emitter(const MitsubaObject& from, const Transform& to_scene, Mit
   out.position = origin_of_emitter(from, to_scene);
   out.direction = axis_of_emitter(from, to_scene);
   out.intensity = textures.plain_light(from, "intensity");
-  out.cutoff_degrees = from.number("cutoff_angle", 20, kLeastCutoffDegrees, 180);
+  out.cutoff_degrees = from.number("cutoff_angle", 20, kMinCutoffDegrees, 180);
   const double beam = from.number("beam_width", out.cutoff_degrees * 0.75, 0, 180);
   out.blend = std::clamp(1 - beam / out.cutoff_degrees, 0.0, 1.0);
   if (out.blend > 0) {

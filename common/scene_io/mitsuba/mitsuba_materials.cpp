@@ -30,12 +30,12 @@ bool is_plain_diffuse(const Material& material) {
 }  // namespace
 
 Result<MitsubaSurface> MitsubaMaterials::convert(const MitsubaObject& bsdf) {
-  constexpr int kMostNested = 50;
+  constexpr int kMaxNested = 50;
   if (const auto found = known_.find(&bsdf); found != known_.end()) {
     return found->second;
   }
-  if (nesting_ == kMostNested) {
-    return bsdf.place.error("materials are nested more than {} deep", kMostNested);
+  if (nesting_ == kMaxNested) {
+    return bsdf.place.error("materials are nested more than {} deep", kMaxNested);
   }
   ++nesting_;
   Result<MitsubaSurface> out = read(bsdf);
@@ -258,11 +258,11 @@ void MitsubaMaterials::conductor(const MitsubaObject& from, Material& out) {
 /// ρ (1 − E(wi)) (1 − E(wo)) / (π (1 − E_mean)). Both are equally bright in uniform light.
 TexturedColor MitsubaMaterials::below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double ior,
                                                  double alpha) {
-  constexpr std::size_t kMostCoats = 1000;  // computing one takes time
+  constexpr std::size_t kMaxCoats = 1000;  // computing one takes time
   const bool beckmann = has_beckmann_facets(from);
   const auto [found, added] = coats_.try_emplace({ior, alpha, beckmann});
-  if (coats_.size() > kMostCoats) {
-    from.fail("alpha", fmt::format("at most {} different rough plastics can be rendered", kMostCoats));
+  if (coats_.size() > kMaxCoats) {
+    from.fail("alpha", fmt::format("at most {} different rough plastics can be rendered", kMaxCoats));
     return albedo;
   }
   RoughCoat& coat = found->second;

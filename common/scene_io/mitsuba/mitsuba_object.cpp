@@ -5,8 +5,8 @@
 namespace lightmill {
 
 std::string MitsubaObject::label() const {
-  constexpr std::size_t kMostBytes = 500;  // each use has a copy
-  return cut_text(id.empty() ? fmt::format("{} of line {}", type, place.line) : id, kMostBytes);
+  constexpr std::size_t kMaxBytes = 500;  // each use has a copy
+  return cut_text(id.empty() ? fmt::format("{} of line {}", type, place.line) : id, kMaxBytes);
 }
 
 bool MitsubaObject::has(std::string_view name) const {

@@ -128,9 +128,9 @@ Result<SerializedMesh> read_serialized(std::string_view bytes, const std::string
     while (in.ok() && in.number<char>() != 0) {
     }
   }
-  constexpr std::uint64_t kMost = 0xffffffff;
+  constexpr std::uint64_t kMax = 0xffffffff;
   const auto vertices = in.number<std::uint64_t>(), triangles = in.number<std::uint64_t>();
-  if (!in.ok() || vertices > kMost || triangles > kMost) {
+  if (!in.ok() || vertices > kMax || triangles > kMax) {
     return invalid_argument("{}: mesh {} cannot be unpacked", name, index);
   }
   const bool doubles = (flags & kDoubles) != 0;

@@ -191,12 +191,12 @@ double MitsubaTextures::ior(const MitsubaObject& from, std::string_view fallback
 }
 
 TexturedColor MitsubaTextures::texture(const MitsubaObject& user, const MitsubaObject& from, Kind kind) {
-  constexpr int kMostNested = 50;
+  constexpr int kMaxNested = 50;
   const std::pair key(&from, kind);
   auto found = known_.find(key);
   if (found == known_.end()) {
-    if (nesting_ == kMostNested) {
-      user.fail(from.place.error("textures are nested more than {} deep", kMostNested));
+    if (nesting_ == kMaxNested) {
+      user.fail(from.place.error("textures are nested more than {} deep", kMaxNested));
       return {1, 1, 1};
     }
     ++nesting_;

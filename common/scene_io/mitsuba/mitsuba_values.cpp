@@ -10,8 +10,8 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostDefaults = 1000, kMostValueBytes = std::size_t{1} << 20;
-constexpr std::size_t kMostSubstitutedBytes = std::size_t{64} << 20, kMostSubstitutions = 1'000'000;
+constexpr std::size_t kMaxDefaults = 1000, kMaxValueBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxSubstitutedBytes = std::size_t{64} << 20, kMaxSubstitutions = 1'000'000;
 
 /// Numbers with blanks, commas or other separators between them.
 Result<std::vector<double>> numbers_in(std::string_view text, std::string_view separators, const SourcePlace& place) {
@@ -114,8 +114,8 @@ std::string value_of(const MitsubaAttributes& given, std::string_view name) {
 }
 
 Status MitsubaDefaults::add(const std::string& name, const std::string& value, const SourcePlace& place) {
-  if (name.empty() || values_.size() == kMostDefaults) {
-    return place.error("<default>: a name is expected, and at most {}", kMostDefaults);
+  if (name.empty() || values_.size() == kMaxDefaults) {
+    return place.error("<default>: a name is expected, and at most {}", kMaxDefaults);
   }
   values_.try_emplace(name, value);
   return ok_status();
@@ -143,7 +143,7 @@ Result<std::string> MitsubaDefaults::substitute(std::string_view text, const Sou
     out += found->second;
     text.remove_prefix(length);
     bytes_ += found->second.size();
-    if (out.size() > kMostValueBytes || bytes_ > kMostSubstitutedBytes || ++steps_ > kMostSubstitutions) {
+    if (out.size() > kMaxValueBytes || bytes_ > kMaxSubstitutedBytes || ++steps_ > kMaxSubstitutions) {
       return place.error("the values of defaults make too much text");
     }
   }

@@ -12,7 +12,7 @@ namespace lightmill {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kMostOffset = 1;  ///< of the principal point, in sides of the film
+constexpr double kMaxOffset = 1;  ///< of the principal point, in sides of the film
 
 void read_rfilter(const MitsubaObject& from, PixelFilter& out, Notices& notices) {
   if (from.type == "box") {
@@ -102,8 +102,8 @@ void read_lens(const MitsubaObject& from, const Transform& world_to_scene, Mitsu
   const double focus = from.number("focus_distance", 1e4, 1e-6, kMaxCoordinate);
   camera.focus_distance = camera.lens_radius > 0 ? focus : 0;
   // In widths to the right, and in heights downwards.
-  camera.shift_x = aspect * from.number("principal_point_offset_x", 0, -kMostOffset, kMostOffset);
-  camera.shift_y = -from.number("principal_point_offset_y", 0, -kMostOffset, kMostOffset);
+  camera.shift_x = aspect * from.number("principal_point_offset_x", 0, -kMaxOffset, kMaxOffset);
+  camera.shift_y = -from.number("principal_point_offset_y", 0, -kMaxOffset, kMaxOffset);
   from.ignore({"near_clip", "far_clip", "shutter_open", "shutter_close"});
 }
 

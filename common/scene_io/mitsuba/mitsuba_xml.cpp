@@ -13,9 +13,9 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostNestedElements = 50, kMostIncludesDeep = 15, kMostIncludes = 10'000, kMostFolders = 20;
-constexpr std::size_t kMostFileBytes = std::size_t{64} << 20, kMostTextBytes = std::size_t{256} << 20;
-constexpr std::size_t kMostTags = 4'000'000, kMostParts = 100;
+constexpr std::size_t kMaxNestedElements = 50, kMaxIncludesDeep = 15, kMaxIncludes = 10'000, kMaxFolders = 20;
+constexpr std::size_t kMaxXmlBytes = std::size_t{64} << 20, kMaxTextBytes = std::size_t{256} << 20;
+constexpr std::size_t kMaxTags = 4'000'000, kMaxParts = 100;
 
 const std::set<std::string_view> kObjects{"bsdf",    "emitter", "film",   "integrator", "medium",  "phase",
                                           "rfilter", "sampler", "sensor", "shape",      "texture", "volume"};
@@ -78,9 +78,9 @@ class XmlReader {
     file.folder = slash == std::string::npos || parent == nullptr ? "" : name.substr(0, slash + 1);
     const SourcePlace top{file.name, 1};
     bytes_ += text.size();
-    if (text.size() > kMostFileBytes || bytes_ > kMostTextBytes) {
-      return top.error("at most {} MiB a file and {} MiB in all can be read", kMostFileBytes >> 20,
-                       kMostTextBytes >> 20);
+    if (text.size() > kMaxXmlBytes || bytes_ > kMaxTextBytes) {
+      return top.error("at most {} MiB a file and {} MiB in all can be read", kMaxXmlBytes >> 20,
+                       kMaxTextBytes >> 20);
     }
     for (std::size_t at = 0; at < text.size(); ++at) {
       if (text[at] == '\n') {
@@ -88,8 +88,8 @@ class XmlReader {
       }
       tags_ += text[at] == '<' ? 1 : 0;
     }
-    if (tags_ > kMostTags) {
-      return top.error("at most {} tags in all can be read", kMostTags);
+    if (tags_ > kMaxTags) {
+      return top.error("at most {} tags in all can be read", kMaxTags);
     }
     pugi::xml_document document;
     const pugi::xml_parse_result parsed =
@@ -122,8 +122,8 @@ class XmlReader {
   }
 
   Status read_children(const pugi::xml_node& node, const File& file, MitsubaObject& object) {
-    if (++nesting_ > kMostNestedElements) {
-      return file.place(node).error("elements are nested more than {} deep", kMostNestedElements);
+    if (++nesting_ > kMaxNestedElements) {
+      return file.place(node).error("elements are nested more than {} deep", kMaxNestedElements);
     }
     for (const pugi::xml_node& child : node.children()) {
       if (child.type() == pugi::node_element) {
@@ -197,9 +197,9 @@ class XmlReader {
     if (tag == "path" && parent.tag == "scene") {
       LM_ASSIGN_OR_RETURN(const MitsubaAttributes given, attributes(node, place, {"!value"}));
       const std::string value = value_of(given, "value");
-      if (out_.folders.size() == kMostFolders || value.size() > UploadedFiles::kMostPathBytes) {
-        return place.error("at most {} paths can be read, of {} bytes each", kMostFolders,
-                           UploadedFiles::kMostPathBytes);
+      if (out_.folders.size() == kMaxFolders || value.size() > UploadedFiles::kMaxPathBytes) {
+        return place.error("at most {} paths can be read, of {} bytes each", kMaxFolders,
+                           UploadedFiles::kMaxPathBytes);
       }
       out_.folders.insert(out_.folders.begin(), (value.starts_with('/') ? "" : file.folder) + value + "/");
       return ok_status();
@@ -232,8 +232,8 @@ class XmlReader {
 
   Status add(MitsubaChild child, MitsubaObject& parent) {
     const bool may_have_many = parent.tag == "scene" || parent.type == "shapegroup";
-    if (parent.children.size() == kMostParts && !may_have_many) {
-      return child.place.error("{}: at most {} nested objects are expected", parent.what(), kMostParts);
+    if (parent.children.size() == kMaxParts && !may_have_many) {
+      return child.place.error("{}: at most {} nested objects are expected", parent.what(), kMaxParts);
     }
     parent.children.push_back(std::move(child));
     return ok_status();
@@ -246,8 +246,8 @@ class XmlReader {
         parameter.name = "reflectance";
       }
     }
-    if (parent.parameters.size() == kMostParts) {
-      return parameter.place.error("{}: at most {} parameters are expected", parent.what(), kMostParts);
+    if (parent.parameters.size() == kMaxParts) {
+      return parameter.place.error("{}: at most {} parameters are expected", parent.what(), kMaxParts);
     }
     if (parent.has(parameter.name)) {
       return parameter.place.error("{}: the parameter \"{}\" is given twice", parent.what(), parameter.name);
@@ -295,8 +295,8 @@ class XmlReader {
     const SourcePlace place = file.place(node);
     LM_ASSIGN_OR_RETURN(const MitsubaAttributes given, attributes(node, place, {"!filename", "name"}));
     const std::string name = value_of(given, "filename");
-    if (open_files_ == kMostIncludesDeep || out_.names.size() == kMostIncludes) {
-      return place.error("at most {} files can be included, {} deep", kMostIncludes, kMostIncludesDeep);
+    if (open_files_ == kMaxIncludesDeep || out_.names.size() == kMaxIncludes) {
+      return place.error("at most {} files can be included, {} deep", kMaxIncludes, kMaxIncludesDeep);
     }
     MitsubaFolders folders = out_.folders;
     folders.insert(folders.begin(), file.folder);
@@ -320,8 +320,8 @@ class XmlReader {
 }  // namespace
 
 Result<SourceFile> find_mitsuba_file(FileSource& files, const MitsubaFolders& folders, const std::string& name) {
-  if (name.size() > UploadedFiles::kMostPathBytes) {
-    return invalid_argument("the name of a file has more than {} bytes", UploadedFiles::kMostPathBytes);
+  if (name.size() > UploadedFiles::kMaxPathBytes) {
+    return invalid_argument("the name of a file has more than {} bytes", UploadedFiles::kMaxPathBytes);
   }
   for (const std::string& folder : folders) {
     Result<SourceFile> found = files(name.starts_with('/') ? name : folder + name);

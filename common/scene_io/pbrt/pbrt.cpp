@@ -12,13 +12,13 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostNestedFiles = 50, kMostFiles = 10'000, kMostStates = 1000, kMostAttributes = 1000;
-constexpr std::size_t kMostAttributeValues = 1000;             ///< each directive reads them again
-constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;  ///< of the files that a scene names, each time it does
+constexpr std::size_t kMaxNestedFiles = 50, kMaxFiles = 10'000, kMaxStates = 1000, kMaxAttributes = 1000;
+constexpr std::size_t kMaxAttributeValues = 1000;             ///< each directive reads them again
+constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 30;  ///< of the files that a scene names, each time it does
 
 class PbrtReader {
  public:
-  explicit PbrtReader(FileSource files) : world_(at_most(kMostBytes, std::move(files))) {}
+  explicit PbrtReader(FileSource files) : world_(at_most(kMaxBytes, std::move(files))) {}
 
   Result<LoadedScene> read(std::string text, const std::string& file_name) {
     LM_RETURN_IF_ERROR(read_file(std::move(text), file_name));
@@ -67,9 +67,9 @@ class PbrtReader {
   }
 
   Status include(PbrtTokens& tokens, const SourcePlace& place) {
-    LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a file's name", PbrtTokens::kMostPathBytes));
-    if (nesting_ == kMostNestedFiles || names_.size() == kMostFiles) {
-      return place.error("at most {} files can be included, {} deep", kMostFiles, kMostNestedFiles);
+    LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a file's name", PbrtTokens::kMaxPathBytes));
+    if (nesting_ == kMaxNestedFiles || names_.size() == kMaxFiles) {
+      return place.error("at most {} files can be included, {} deep", kMaxFiles, kMaxNestedFiles);
     }
     if (name.ends_with(".gz")) {
       return place.error("{} is compressed: unpack it, and name the unpacked file", name);
@@ -240,8 +240,8 @@ class PbrtReader {
   // The world.
 
   Status push(bool object, const SourcePlace& place) {
-    if (states_.size() == kMostStates) {
-      return place.error("AttributeBegin is nested more than {} deep", kMostStates);
+    if (states_.size() == kMaxStates) {
+      return place.error("AttributeBegin is nested more than {} deep", kMaxStates);
     }
     states_.push_back({state_, object, place});
     return ok_status();
@@ -270,15 +270,15 @@ class PbrtReader {
     }
     PbrtParameterList& attributes = state_.attributes[target];
     for (const auto& parameter : list) {
-      if (std::max(parameter->numbers.size(), parameter->strings.size()) > kMostAttributeValues) {
-        return place.error("Attribute: {} has more than {} values", parameter->name, kMostAttributeValues);
+      if (std::max(parameter->numbers.size(), parameter->strings.size()) > kMaxAttributeValues) {
+        return place.error("Attribute: {} has more than {} values", parameter->name, kMaxAttributeValues);
       }
       auto copy = std::make_shared<PbrtParameter>(*parameter);
       copy->may_be_unused = true;
       attributes.push_back(std::move(copy));
     }
-    return attributes.size() <= kMostAttributes ? ok_status()
-                                                : place.error("Attribute: there are more than {}", kMostAttributes);
+    return attributes.size() <= kMaxAttributes ? ok_status()
+                                                : place.error("Attribute: there are more than {}", kMaxAttributes);
   }
   Status object_begin(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a name"));

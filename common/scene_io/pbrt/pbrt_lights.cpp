@@ -50,7 +50,7 @@ Point3d position_of(const PbrtParameters& from, const Transform& to_scene) {
 }
 
 SpotLight spot_of(const PbrtParameters& from, const Transform& to_scene, PbrtSpectra& spectra, double exposure) {
-  const double cone = from.number("coneangle", 30, kLeastCutoffDegrees, 180);
+  const double cone = from.number("coneangle", 30, kMinCutoffDegrees, 180);
   const double delta = from.number("conedeltaangle", 5, 0, 180);
   const auto cosine = [](double degrees) { return std::cos(degrees * std::numbers::pi / 180); };
   const double inner = std::max(cone - delta, 0.0);

@@ -87,15 +87,15 @@ Result<Material> PbrtMaterials::convert(std::size_t number) {
 }
 
 Result<Material> PbrtMaterials::mixed(const Definition& definition) {
-  constexpr int kMostMixtures = 100;
+  constexpr int kMaxMixtures = 100;
   const PbrtParameters& from = definition.from;
   const std::vector<std::string> names = from.strings("materials");
   const PbrtValue amount = textures_.number(from, "amount", 0.5);
   if (names.size() != 2 || amount.varies()) {
     return from.place().error("a mixture needs two materials and a constant amount");
   }
-  if (mixing_ == kMostMixtures) {
-    return from.place().error("mixtures are nested more than {} deep", kMostMixtures);
+  if (mixing_ == kMaxMixtures) {
+    return from.place().error("mixtures are nested more than {} deep", kMaxMixtures);
   }
   const float t = std::clamp(amount.color.r, 0.0f, 1.0f);
   std::array<Material, 2> parts;

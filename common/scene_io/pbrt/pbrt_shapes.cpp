@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostTriangles = 200'000'000, kMostKeptTriangles = 20'000'000;
+constexpr std::size_t kMaxTriangles = 200'000'000, kMaxKeptTriangles = 20'000'000;
 constexpr double kLongest = 1e12;
 constexpr std::array<std::array<float, 2>, 3> kTriangleCoordinates{
     {{0, 0}, {1, 0}, {1, 1}}};  ///< of meshes without any
@@ -101,10 +101,10 @@ Status PbrtShapes::cut(const std::string& type, const std::string& form, const S
   shape.triangles_per_shape = static_cast<std::uint32_t>(triangles);
   triangles_ += triangles;
   kept_triangles_ += forms_.insert(type + " " + form).second ? triangles : 0;
-  return triangles_ <= kMostTriangles && kept_triangles_ <= kMostKeptTriangles
+  return triangles_ <= kMaxTriangles && kept_triangles_ <= kMaxKeptTriangles
              ? ok_status()
-             : place.error("curved shapes make more than {} triangles, or {} different ones", kMostTriangles,
-                           kMostKeptTriangles);
+             : place.error("curved shapes make more than {} triangles, or {} different ones", kMaxTriangles,
+                           kMaxKeptTriangles);
 }
 
 Result<PbrtShape> PbrtShapes::sphere_of_triangles(double radius, const SourcePlace& place) {

@@ -13,7 +13,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostPoweredShapes = 10'000;
+constexpr std::size_t kMaxPoweredShapes = 10'000;
 
 /// The area of a triangle after a map.
 double mapped_area(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, const Transform& map) {
@@ -177,7 +177,7 @@ Status PbrtWorld::place(Piece& piece, const Transform& to_scene, const SourcePla
 Status PbrtWorld::place_powered(const Piece& piece, const Transform& to_scene, const SourcePlace& at) {
   const Mesh& mesh = piece.shape.mesh;
   const std::uint32_t group = piece.shape.triangles_per_shape;
-  if (group == 0 || mesh.triangles.size() / group > kMostPoweredShapes) {
+  if (group == 0 || mesh.triangles.size() / group > kMaxPoweredShapes) {
     return at.error("the power of a light on a {} cannot be rendered: give its radiance L",
                     group == 0 ? "plymesh" : "mesh of so many triangles");
   }

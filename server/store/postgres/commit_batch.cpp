@@ -11,7 +11,7 @@ namespace lightmill::postgres {
 namespace {
 
 /// PostgreSQL limits a value to 1 GiB.
-constexpr std::size_t kMostNodeBytes = std::size_t{512} << 20;
+constexpr std::size_t kMaxNodeBytes = std::size_t{512} << 20;
 
 enum Sql : int {
   kBegin,
@@ -45,9 +45,9 @@ const std::vector<std::string>& statements() {
 Status check_sizes(std::span<const StoreOp> ops) {
   for (const StoreOp& op : ops) {
     const auto* put = std::get_if<PutNode>(&op);
-    if (put != nullptr && put->node->values.size() * sizeof(float) > kMostNodeBytes) {
+    if (put != nullptr && put->node->values.size() * sizeof(float) > kMaxNodeBytes) {
       return internal_error("job {}: a node of tile {} has {} bytes, more than the {} that can be stored",
-                            put->job.value, put->tile.value, put->node->values.size() * sizeof(float), kMostNodeBytes);
+                            put->job.value, put->tile.value, put->node->values.size() * sizeof(float), kMaxNodeBytes);
     }
   }
   return ok_status();

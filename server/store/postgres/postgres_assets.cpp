@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr auto kAssetCallPatience = std::chrono::seconds(30);
 /// Connections at most. Uploads and downloads share them.
-constexpr std::size_t kMostSessions = 4;
-constexpr int kMostTries = 3;
+constexpr std::size_t kMaxSessions = 4;
+constexpr int kMaxTries = 3;
 constexpr std::string_view kUniqueViolation = "23505";
 
 /// Lends sessions to one user at a time. Thread-safe.
@@ -24,7 +24,7 @@ class SessionPool {
 
   std::unique_ptr<Session> borrow() {
     const MutexLock lock(mutex_);
-    while (idle_.empty() && lent_ == kMostSessions) {
+    while (idle_.empty() && lent_ == kMaxSessions) {
       changed_.wait(mutex_);
     }
     ++lent_;
@@ -264,7 +264,7 @@ Status PostgresUpload::finish() {
     LM_RETURN_IF_ERROR(send_piece(unsent_));
   }
   const ByteView digest = stored::view_of(digest_.bytes);
-  for (int tries = 0; tries < kMostTries; ++tries) {
+  for (int tries = 0; tries < kMaxTries; ++tries) {
     Borrowed session(store_.pool_);
     const Status status = session.run(
         "WITH own AS MATERIALIZED (SELECT fence($1)) UPDATE assets SET digest = $3, size_bytes = $4, "

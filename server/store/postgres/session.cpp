@@ -14,7 +14,7 @@ namespace lightmill::postgres {
 namespace {
 
 /// A batch buffers at most this, plus one statement, before it is sent.
-constexpr std::size_t kMostUnsentBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxUnsentBytes = std::size_t{1} << 20;
 
 /// Finds dead peers within seconds, and refuses read-only servers. The URL may set other values.
 constexpr std::array<std::pair<const char*, const char*>, 9> kDefaults{{{"connect_timeout", "5"},
@@ -304,7 +304,7 @@ void Session::add(int statement, const Parameters& parameters) {
   }
   unanswered_.push_back(statement);
   unsent_bytes_ += parameters.size_bytes();
-  if (unsent_bytes_ > kMostUnsentBytes) {
+  if (unsent_bytes_ > kMaxUnsentBytes) {
     batch_failure_ = flush();
   }
 }

@@ -12,7 +12,7 @@ namespace lightmill::postgres {
 
 const int* Parameters::formats() const {
   static constexpr auto kBinary = [] {
-    std::array<int, kMost> formats{};
+    std::array<int, kMax> formats{};
     formats.fill(1);
     return formats;
   }();
@@ -20,7 +20,7 @@ const int* Parameters::formats() const {
 }
 
 void Parameters::add(std::int64_t value) {
-  LM_CHECK(count_ < kMost);
+  LM_CHECK(count_ < kMax);
   numbers_[count_] = __builtin_bswap64(static_cast<std::uint64_t>(value));
   add_raw(reinterpret_cast<const char*>(&numbers_[count_]), sizeof(std::uint64_t));
 }
@@ -39,7 +39,7 @@ void Parameters::add(ByteView bytes) {
 }
 
 void Parameters::add_raw(const char* bytes, std::size_t size) {
-  LM_CHECK(count_ < kMost && size <= INT32_MAX);
+  LM_CHECK(count_ < kMax && size <= INT32_MAX);
   values_[count_] = size == 0 ? "" : bytes;  // null would be NULL
   lengths_[count_] = static_cast<int>(size);
   size_bytes_ += size;

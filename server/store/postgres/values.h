@@ -33,7 +33,7 @@ class Parameters {
   std::size_t size_bytes() const { return size_bytes_; }
 
  private:
-  static constexpr int kMost = 32;
+  static constexpr int kMax = 32;
   void add(std::int64_t value);
   void add(std::uint64_t value) { add(static_cast<std::int64_t>(value)); }  // keeps its bits
   void add(std::int32_t value) { add(std::int64_t{value}); }
@@ -48,9 +48,9 @@ class Parameters {
 
   int count_ = 0;
   std::size_t size_bytes_ = 0;
-  std::array<std::uint64_t, kMost> numbers_;
-  std::array<const char*, kMost> values_;
-  std::array<int, kMost> lengths_;
+  std::array<std::uint64_t, kMax> numbers_;
+  std::array<const char*, kMax> values_;
+  std::array<int, kMax> lengths_;
   std::deque<std::string> texts_;
 };
 

@@ -57,8 +57,8 @@ JournalScan scan_journal(const std::filesystem::path& journal) {
   Checksum checksum(big_endian(header.data()) == kMagic + 1);
   checksum.add(std::span(header).first(24));
   const std::uint32_t page_bytes = big_endian(&header[8]);
-  constexpr std::uint32_t kMostPageBytes = 65536;
-  bool sound = checksum.is(&header[24]) && page_bytes >= 512 && page_bytes <= kMostPageBytes;
+  constexpr std::uint32_t kMaxPageBytes = 65536;
+  bool sound = checksum.is(&header[24]) && page_bytes >= 512 && page_bytes <= kMaxPageBytes;
   if (!sound) {
     scan.damaged = true;
     return scan;  // SQLite ignores the whole journal

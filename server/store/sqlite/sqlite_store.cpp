@@ -41,7 +41,7 @@ struct Statements {
 };
 
 /// Of a value, in the running hash. Rows with longer values have a hash or checksum of them.
-constexpr std::size_t kMostHashedBytes = 4096;
+constexpr std::size_t kMaxHashedBytes = 4096;
 
 class SqliteStore final : public Store {
  public:
@@ -71,7 +71,7 @@ class SqliteStore final : public Store {
   void add_to_hash(std::uint64_t number) { writes_->append(std::as_bytes(std::span(&number, 1))); }
   void add_to_hash(ByteView bytes) {
     add_to_hash(bytes.size());
-    writes_->append(bytes.first(std::min(bytes.size(), kMostHashedBytes)));
+    writes_->append(bytes.first(std::min(bytes.size(), kMaxHashedBytes)));
   }
 
   Database database_;

@@ -10,7 +10,7 @@ namespace {
 const BoundingSphere kScene{{0, 0, 0}, kSceneRadius};
 
 PhotonEmission emission_of(const LightTable& table, const std::vector<BoundingSphere>& targets,
-                           const std::vector<BoundlessPlane>& planes = {}) {
+                           const std::vector<InfinitePlane>& planes = {}) {
   return PhotonEmission(table, targets, planes, kScene);
 }
 

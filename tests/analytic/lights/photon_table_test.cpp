@@ -10,7 +10,7 @@ namespace {
 const BoundingSphere kTableScene{{1, 2, 3}, kSceneRadius};
 
 PhotonEmission table_emission_of(const LightTable& table, const std::vector<BoundingSphere>& targets,
-                                 const std::vector<BoundlessPlane>& planes = {}) {
+                                 const std::vector<InfinitePlane>& planes = {}) {
   return PhotonEmission(table, targets, planes, kTableScene);
 }
 
@@ -94,14 +94,14 @@ TEST(PhotonEmission, EnvironmentImagesEmitAllOfTheirLight) {
 
 TEST(PhotonEmission, DistantLightStartsBeyondAllThatIsInItsWay) {
   const LightTable table = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
-  const std::vector<BoundlessPlane> planes{{{0, -30, 0}, {0, 1, 0}}, {{1, 0, 0}, glm::normalize(Vec3d(1, 1, 0))}};
+  const std::vector<InfinitePlane> planes{{{0, -30, 0}, {0, 1, 0}}, {{1, 0, 0}, glm::normalize(Vec3d(1, 1, 0))}};
   const PhotonEmission emission = table_emission_of(table, {kEverything, kTargets[0]}, planes);
   int near_the_scene = 0;
   for_each_photon(emission, 7, [&](const PhotonRay& ray, const Vec3d& power, std::uint32_t) {
     ASSERT_GT(power.x, 0);
     ASSERT_GT(glm::length(ray.origin - kTableScene.center), kTableScene.radius);
     ASSERT_GT(glm::dot(kTableScene.center - ray.origin, ray.direction), kTableScene.radius);
-    for (const BoundlessPlane& plane : planes) {
+    for (const InfinitePlane& plane : planes) {
       const double height = glm::dot(ray.origin - plane.point, plane.normal);
       const double across = glm::dot(ray.direction, plane.normal);
       // On the side that the ray comes from. A ray almost along the plane crosses it too far away to tell.

@@ -26,7 +26,7 @@ constexpr double kOfBlock = 0.2, kBlurOfDifference = 2;
 
 /// Maximum log2 of a seed's samples for methods with photons, except in retries. Each sample is a pass of thousands of
 /// photons.
-constexpr int kMostPassLevel = 8;
+constexpr int kMaxPassLevel = 8;
 
 /// Results of one method's seeds.
 struct Samples {
@@ -109,7 +109,7 @@ std::string spec_of(const std::string& method, const TestScene& scene, const Atl
 bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
             AtlasCell& cell, Samples& samples, double share_of_radius = 1) {
   const double begin = thread_cpu_seconds();
-  const int most = method_gathers(cell.method) ? kMostPassLevel : 64;
+  const int most = method_gathers(cell.method) ? kMaxPassLevel : 64;
   const int level = std::max(std::min(static_cast<int>(what.level), most) + settings.more_levels + more_levels, 1);
   const std::string spec = spec_of(cell.method, scene, what, share_of_radius);
   samples = {};
@@ -187,10 +187,10 @@ double tolerance_of(const AtlasCase& what, const std::string& method) {
   return what.tolerance + (method_gathers(method) ? what.gathered : 0) + (method == "ppm" && what.exact ? kBlur : 0);
 }
 
-/// z, at most kMostZ either way. All seeds can give the same value, and JSON has no infinite numbers.
+/// z, at most kMaxZ either way. All seeds can give the same value, and JSON has no infinite numbers.
 double z_of(double difference, double error) {
-  const double z = error > 0 ? std::abs(difference) / error : difference == 0 ? 0 : kMostZ;
-  return std::copysign(std::min(z, kMostZ), difference);
+  const double z = error > 0 ? std::abs(difference) / error : difference == 0 ? 0 : kMaxZ;
+  return std::copysign(std::min(z, kMaxZ), difference);
 }
 
 void fill_in_time(AtlasCell& cell, double unit) {

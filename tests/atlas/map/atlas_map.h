@@ -29,7 +29,7 @@ struct AtlasCell {
   std::string reason;  ///< of a veto or a wrong result
   bool measured = false;
   double mean = 0, standard_error = 0;  ///< of all seeds, over what the case measures
-  double z = 0;                         ///< of the mean, or in comparisons the largest of any block; ±kMostZ
+  double z = 0;                         ///< of the mean, or in comparisons the largest of any block; ±kMaxZ
   double energy = 1;                    ///< the mean over the expected value
   double cpu_seconds = 0;               ///< of all seeds
   double seconds_to_percent = 0;        ///< of CPU time, extrapolated by 1/N
@@ -68,6 +68,6 @@ AtlasRow measure(const AtlasCase& what, const AtlasSettings& settings);
 // degrees of freedom). There |z| > 6 happens once in 50,000 comparisons.
 inline constexpr double kWrongZ = 5;
 inline constexpr double kWrongBlockZ = 6;
-inline constexpr double kMostZ = 1e6;
+inline constexpr double kMaxZ = 1e6;
 
 }  // namespace lightmill::test

@@ -20,7 +20,7 @@ using namespace lightmill;
 using namespace lightmill::soak;
 
 constexpr double kFaultSeconds = 10;  // between faults
-constexpr double kLeastFault = 1, kMostFault = 8;
+constexpr double kMinFault = 1, kMaxFault = 8;
 constexpr double kSampleSeconds = 1;
 constexpr double kLongestEnd = 900;  // for the remaining jobs after the last fault
 constexpr int kSkipped = 77;
@@ -154,7 +154,7 @@ class Soak {
   void begin_fault_in_time(bool may_kill_coordinator) {
     if (passed() >= next_fault_) {
       ++faults_[farm_.begin_fault(may_kill_coordinator)];
-      fault_ends_ = passed() + drawn(kLeastFault, kMostFault);
+      fault_ends_ = passed() + drawn(kMinFault, kMaxFault);
       next_fault_ += kFaultSeconds;
     }
   }

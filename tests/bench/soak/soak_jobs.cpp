@@ -12,7 +12,7 @@
 namespace lightmill::soak {
 namespace {
 
-constexpr std::size_t kMostListed = 1000;
+constexpr std::size_t kMaxListed = 1000;
 constexpr std::uint64_t kCommandOnceIn = 100;  // a job gets a command once in this many steps
 
 /// Words separated by spaces. The first one is the scene.
@@ -66,7 +66,7 @@ Jobs::Jobs(std::string address, Films quiet, std::uint64_t seed)
     : address_(std::move(address)), quiet_(std::move(quiet)), farm_(address_), random_(seed) {}
 
 void Jobs::step() {
-  const auto listed = farm_.list_jobs({}, kMostListed);
+  const auto listed = farm_.list_jobs({}, kMaxListed);
   if (!listed.ok()) {
     return;  // the coordinator is away
   }

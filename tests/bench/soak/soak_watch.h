@@ -17,15 +17,15 @@ struct Trend {
   std::array<double, 3> memory_mib{};   ///< resident
   std::array<double, 3> descriptors{};  ///< open files and sockets
   double most_mib = 0;                  ///< resident, at any moment
-  /// Lives below kLeastSeconds are too short to judge.
-  bool judged() const { return seconds >= kLeastSeconds; }
+  /// Lives below kMinSeconds are too short to judge.
+  bool judged() const { return seconds >= kMinSeconds; }
   /// At most four more descriptors in the last third than in the middle one, and a tenth and 16 MiB more memory. The
   /// memory of shorter lives than kSecondsToFill does not count: workers are still filling their caches of scenes.
   bool flat() const {
     const bool is_full = seconds >= kSecondsToFill;
     return (!is_full || memory_mib[2] <= 1.1 * memory_mib[1] + 16) && descriptors[2] <= descriptors[1] + 4;
   }
-  static constexpr double kLeastSeconds = 240, kSecondsToFill = 1800;
+  static constexpr double kMinSeconds = 240, kSecondsToFill = 1800;
 };
 
 class ProcessWatch {

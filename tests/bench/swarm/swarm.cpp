@@ -33,7 +33,7 @@ struct MadeNode {
 class MadeNodes {
  public:
   std::shared_ptr<const MadeNode> get(const NodeLayout& layout, const SampleRange& range, std::size_t pixels) {
-    if (made_.size() >= kMost) {
+    if (made_.size() >= kMax) {
       made_.clear();
     }
     std::shared_ptr<const MadeNode>& made = made_[{range, pixels}];
@@ -44,7 +44,7 @@ class MadeNodes {
   }
 
  private:
-  static constexpr std::size_t kMost = 512;  ///< of 96 KiB; far more ranges than are in progress at once
+  static constexpr std::size_t kMax = 512;  ///< of 96 KiB; far more ranges than are in progress at once
 
   /// Whole numbers, whose sums do not depend on the order. Each sample is 2 in its half, and the first one is all in
   /// half A.

@@ -209,8 +209,8 @@ TEST(Method, RangesOfSharedSamplesFitTheHeldPasses) {
 TEST(Method, WhittedLimitsItsBounces) {
   EXPECT_TRUE(check_max_bounces("whitted", 0).ok());
   EXPECT_TRUE(check_max_bounces("whitted", kMaxWhittedBounces).ok());
-  EXPECT_TRUE(check_max_bounces("path", kMostBounces).ok());
-  EXPECT_FALSE(check_max_bounces("path", kMostBounces + 1).ok());
+  EXPECT_TRUE(check_max_bounces("path", kMaxBounces).ok());
+  EXPECT_FALSE(check_max_bounces("path", kMaxBounces + 1).ok());
   const auto scene = test::TestScene(test::source_file("scenes/cornell-bench-balls.json"));
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok()) << compiled.status();

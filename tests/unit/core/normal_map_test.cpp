@@ -246,12 +246,12 @@ TEST(NormalMap, NormalsStayInFrontOfTheSurface) {
     mapped.texels = image_of(1, 1, [&](double, double) { return texel; });
     const Vec3d n = mapped.normal();
     EXPECT_NEAR(glm::length(n), 1, 1e-5) << texel.x;
-    EXPECT_GT(n.z, NormalMaps::kLeastCosine - 1e-5) << texel.x;
+    EXPECT_GT(n.z, NormalMaps::kMinCosine - 1e-5) << texel.x;
   }
   MappedCard mapped;
   mapped.texels = image_of(1, 1, [&](double, double) { return texel_of({1, 0, 0}); });
   expect_direction(mapped.normal(),
-                   {std::sqrt(1 - NormalMaps::kLeastCosine * NormalMaps::kLeastCosine), 0, NormalMaps::kLeastCosine});
+                   {std::sqrt(1 - NormalMaps::kMinCosine * NormalMaps::kMinCosine), 0, NormalMaps::kMinCosine});
 }
 
 constexpr double kTwoPi = 6.283185307179586;

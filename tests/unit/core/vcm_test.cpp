@@ -20,7 +20,7 @@ TestScene closed_room(double albedo, int film_side) {
 }
 
 vcm::LightPathPasses passes_of(const TestScene& scene, std::uint64_t seed, std::uint32_t light_paths = 0) {
-  return vcm::LightPathPasses(*scene.compiled(), {vcm::kLightPaths, seed, kMaxBounces, light_paths});
+  return vcm::LightPathPasses(*scene.compiled(), {vcm::kLightPaths, seed, kDefaultBounces, light_paths});
 }
 
 TEST(VcmMemory, TracingConnectionsInPiecesDoesNotChangeBits) {
@@ -43,9 +43,9 @@ struct Vertices {
 };
 Vertices vertices_of(double albedo) {
   if (albedo == 1) {
-    return {kMaxBounces, 0};
+    return {kDefaultBounces, 0};
   }
-  return {(1 - std::pow(albedo, kMaxBounces)) / (1 - albedo), albedo / ((1 - albedo) * (1 - albedo))};
+  return {(1 - std::pow(albedo, kDefaultBounces)) / (1 - albedo), albedo / ((1 - albedo) * (1 - albedo))};
 }
 
 // 2^16 paths of 512×512 pixels would have 6.5 and 65 million vertices. The number from trial paths is lowered by three
@@ -57,8 +57,8 @@ TEST(VcmMemory, APassInAClosedRoomNearlyFillsTheVertexLimit) {
     RenderCounters counters;
     const auto pass = passes_of(scene, 7).trace(0, counters);
     const Vertices of_path = vertices_of(albedo);
-    EXPECT_LE(pass->plan.photons * of_path.mean, photons::kMostStored) << albedo;
-    EXPECT_GE(pass->plan.photons * of_path.mean, 0.75 * photons::kMostStored) << albedo;
+    EXPECT_LE(pass->plan.photons * of_path.mean, photons::kMaxStored) << albedo;
+    EXPECT_GE(pass->plan.photons * of_path.mean, 0.75 * photons::kMaxStored) << albedo;
     EXPECT_NEAR(static_cast<double>(pass->photons.size()), pass->plan.photons * of_path.mean,
                 5 * std::sqrt(of_path.variance * pass->plan.photons) + 1)
         << albedo;
@@ -72,11 +72,11 @@ TEST(PhotonMemory, APassInAClosedRoomStaysWithinThePhotonLimit) {
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
-    const photons::GatherPasses side(*scene.compiled(), {photons::kGlobalPhotons, 7, kMaxBounces});
+    const photons::GatherPasses side(*scene.compiled(), {photons::kGlobalPhotons, 7, kDefaultBounces});
     EXPECT_LT(side.photons(), photons::default_photons(*scene.compiled(), photons::kGlobalPhotons));
     const auto pass = side.trace(0, counters);
     const Vertices of_path = vertices_of(albedo);
-    EXPECT_LE(side.photons() * of_path.mean, photons::kMostStored) << albedo;
+    EXPECT_LE(side.photons() * of_path.mean, photons::kMaxStored) << albedo;
     EXPECT_NEAR(static_cast<double>(pass->photons.size()), side.photons() * of_path.mean,
                 5 * std::sqrt(of_path.variance * side.photons()) + 1)
         << albedo;
@@ -88,7 +88,7 @@ TEST(VcmMemory, ShortLightPathsKeepTheirRequestedNumber) {
   EXPECT_EQ(passes_of(closed_room(0.5, 512), 7).photons(), 1u << 16) << "of 512×512 pixels";
   const TestScene five_each = closed_room(0.8, 16);
   EXPECT_EQ(passes_of(five_each, 7, 150'000).photons(), 150'000u);
-  EXPECT_LT(passes_of(five_each, 7, 300'000).photons() * 5, photons::kMostStored);
+  EXPECT_LT(passes_of(five_each, 7, 300'000).photons() * 5, photons::kMaxStored);
 }
 
 TEST(VcmMemory, TheNumberOfLightPathsDependsOnTheSceneNotTheSeed) {
@@ -105,7 +105,7 @@ TEST(VcmMemory, FewerPathsCarryAllLight) {
   ASSERT_LT(pass->plan.photons, 1u << 16) << "else they are not fewer";
   std::map<std::uint32_t, double> power;  // by scatterings
   for (const photons::Photon& photon : pass->photons) {
-    power[photon.tag & photons::kMostScatterings] += photon.power.x;
+    power[photon.tag & photons::kMaxScatterings] += photon.power.x;
   }
   for (const std::uint32_t k : {1u, 2u, 5u, 20u, 50u}) {
     const double left = std::pow(kAlbedo, k - 1);  // roulette keeps a path with this probability, at full power

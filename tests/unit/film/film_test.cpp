@@ -343,14 +343,14 @@ TEST(Film, FrameSamplesCountWhatAllTilesHave) {
   EXPECT_EQ(film.frame_samples(), 0u);
   film.merge(noisy, make_node(film, noisy, {5, 0}));  // 32: four times 8
   EXPECT_EQ(film.frame_samples(), 8u);
-  EXPECT_FALSE(film.has_just(8));
+  EXPECT_FALSE(film.has_exactly(8));
   film.merge(noisy, make_node(film, noisy, {5, 1}));
   EXPECT_EQ(film.frame_samples(), 16u);
-  EXPECT_TRUE(film.has_just(16));
-  EXPECT_FALSE(film.has_just(8));
+  EXPECT_TRUE(film.has_exactly(16));
+  EXPECT_FALSE(film.has_exactly(8));
   film.merge(noisy, make_node(film, noisy, {0, 64}));
   EXPECT_EQ(film.frame_samples(), 16u);
-  EXPECT_FALSE(film.has_just(16));
+  EXPECT_FALSE(film.has_exactly(16));
   EXPECT_EQ(film.min_samples(), 8u);
   EXPECT_EQ(film.max_samples(), 65u);
 }

@@ -15,7 +15,7 @@ TEST(Facts, TheFirstOfManyItemsAreNamedAndTheRestAreCounted) {
   }
   const SceneFacts facts = read_facts(scene_of(many, {kSky}));
   EXPECT_EQ(facts.casters.count, 40u);
-  EXPECT_EQ(facts.casters.names.size(), NamedItems::kMostNames);
+  EXPECT_EQ(facts.casters.names.size(), NamedItems::kMaxNames);
   EXPECT_NE(facts.casters.text().find("and 32 more"), std::string::npos) << facts.casters.text();
 }
 
@@ -101,9 +101,9 @@ TEST(Facts, TheWorkOfFindingSmallLightsHasALimit) {
   EXPECT_EQ(few.small_emitters.count, 100u);
   EXPECT_EQ(few.steps, 100u * 100u);
   const SceneFacts many = read_facts(lights_over_mirrors(5'000, 5'000));
-  EXPECT_EQ(many.small_emitters.count, Positions::kMostSteps / 5'000) << "the others are not known to be small";
+  EXPECT_EQ(many.small_emitters.count, Positions::kMaxSteps / 5'000) << "the others are not known to be small";
   EXPECT_EQ(many.sized_lights, 5'000u);
-  EXPECT_LE(many.steps, Positions::kMostSteps);
+  EXPECT_LE(many.steps, Positions::kMaxSteps);
 }
 
 TEST(Facts, AMeshIsReadOnceAndItsUsesCountAsWork) {
@@ -129,7 +129,7 @@ TEST(Facts, AMeshIsReadOnceAndItsUsesCountAsWork) {
   scene.objects.resize(2'000, scene.objects.front());  // 30 million steps
   const SceneFacts too_many = read_facts(scene, meshes);
   EXPECT_EQ(reads, 2);
-  EXPECT_LE(too_many.steps, Positions::kMostSteps);
+  EXPECT_LE(too_many.steps, Positions::kMaxSteps);
   EXPECT_EQ(too_many.small_emitters.count, 0u) << "some positions are unknown";
 }
 

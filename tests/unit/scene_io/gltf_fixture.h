@@ -31,8 +31,8 @@ class OneTriangle {
   GltfBuffer buffer_;
 };
 
-inline Result<LoadedScene> read(const std::string& text, bool light_the_dark = true) {
-  return read_gltf(text, "a.gltf", {.light_the_dark = light_the_dark}, no_files);
+inline Result<LoadedScene> read(const std::string& text, bool add_sky_if_unlit = true) {
+  return read_gltf(text, "a.gltf", {.add_sky_if_unlit = add_sky_if_unlit}, no_files);
 }
 
 inline LoadedScene good(const std::string& text) {

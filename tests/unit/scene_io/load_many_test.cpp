@@ -72,7 +72,7 @@ TEST_F(LoadMany, FaultsAreCountedWithoutAListSearch) {
     return write("a.obj", obj + "v 1 1 0\n");
   });
   EXPECT_EQ(loaded.scene.objects.size(), 4 * many_ + 1);
-  EXPECT_LE(loaded.faults.notices().size(), Faults::kMostKinds + 1);
+  EXPECT_LE(loaded.faults.notices().size(), Faults::kMaxKinds + 1);
 }
 
 TEST_F(LoadMany, ADocumentFindsMaterialsWithoutAListSearch) {

@@ -240,7 +240,7 @@ TEST(Faults, NeedOnlyTheTextOfTheFirstOfEachNamedKind) {
   EXPECT_TRUE(faults.needs_text("a"));
   faults.add("a", "file:1: a", "b");
   EXPECT_FALSE(faults.needs_text("a"));
-  for (std::size_t i = 1; i < Faults::kMostKinds; ++i) {
+  for (std::size_t i = 1; i < Faults::kMaxKinds; ++i) {
     EXPECT_TRUE(faults.needs_text("another"));
     faults.add(fmt::format("kind {}", i), "file:2: c", "d");
   }
@@ -310,7 +310,7 @@ TEST(Obj, FaultsOfAKindAreOneNotice) {
     text += fmt::format("odd{} 1\nf 1 2 x\n", i);
   }
   const Texts all = faults_of(text);
-  ASSERT_EQ(all.size(), Faults::kMostKinds + 1);
+  ASSERT_EQ(all.size(), Faults::kMaxKinds + 1);
   EXPECT_EQ(all[1], "box.obj:2: f: an index is expected, got \"x\". The face is skipped (and 999 more like it)");
   EXPECT_EQ(all.back(), "901 faults of other kinds are not listed");  // 1000 statements and the faces are 1001 kinds
   const std::string digits(std::size_t{2} << 20, '7');

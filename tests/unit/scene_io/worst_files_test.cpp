@@ -21,7 +21,7 @@ class WorstFiles : public Load {
  protected:
   static constexpr int kMany = 4'000;
   /// Bytes that are allocated in all for each byte of the files. Paths of many short names take most.
-  static constexpr std::uint64_t kMostAllocated = 1'000;
+  static constexpr std::uint64_t kMaxAllocated = 1'000;
 
   /// Reads the files that `make` gives for a number of statements. Returns the result for the larger number.
   Result<LoadedScene> expect_proportional(const std::function<Files(int count)>& make, int many = kMany) {
@@ -39,7 +39,7 @@ class WorstFiles : public Load {
       const auto which = static_cast<std::size_t>(times - 1);
       work[which] = *test::work_done() - work_before;
       allocated[which] = *test::bytes_allocated() - allocated_before;
-      EXPECT_LT(allocated[which], kMostAllocated * bytes + (1 << 20));
+      EXPECT_LT(allocated[which], kMaxAllocated * bytes + (1 << 20));
     }
     EXPECT_GT(work[0], static_cast<std::uint64_t>(many)) << "the work is not counted";
     EXPECT_LT(work[1], 5 * work[0] / 2);

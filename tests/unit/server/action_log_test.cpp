@@ -74,7 +74,7 @@ TEST(ActionLogTest, IsFoundByJobNameTimeAndPage) {
 TEST(ActionLogTest, OnePageScansABoundedPart) {
   ActionLog log({}, {});
   log.add(action("SubmitJob", 7));
-  for (std::size_t i = 0; i < 2 * ActionLog::kMostScanned; ++i) {
+  for (std::size_t i = 0; i < 2 * ActionLog::kMaxScanned; ++i) {
     log.add(action("CancelJob", 1));
   }
   log.add(action("SubmitJob", 7));
@@ -89,8 +89,8 @@ TEST(ActionLogTest, OnePageScansABoundedPart) {
     ++pages;
   } while (filter.before > 0);
   EXPECT_EQ(pages, 3u);
-  EXPECT_EQ(all, (Numbers{2 * ActionLog::kMostScanned + 2, 1}));
-  EXPECT_EQ(log.find({7, "", 0, 0}, 1).next, 2 * ActionLog::kMostScanned + 2) << "there may be more";
+  EXPECT_EQ(all, (Numbers{2 * ActionLog::kMaxScanned + 2, 1}));
+  EXPECT_EQ(log.find({7, "", 0, 0}, 1).next, 2 * ActionLog::kMaxScanned + 2) << "there may be more";
 }
 
 TEST(ActionLogTest, RefusalsAndWorkersDoNotDisplaceActions) {

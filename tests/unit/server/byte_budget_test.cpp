@@ -9,8 +9,8 @@ namespace lightmill {
 namespace {
 
 TEST(ByteBudget, IsNeverExceededAndIsFullAfterAllReturns) {
-  constexpr std::uint64_t kMost = 100, kEach = 30;
-  const ByteBudget budget(kMost);
+  constexpr std::uint64_t kMax = 100, kEach = 30;
+  const ByteBudget budget(kMax);
   std::atomic<std::uint64_t> held = 0, most_held = 0, refused = 0;
   {
     std::vector<std::jthread> threads;
@@ -30,10 +30,10 @@ TEST(ByteBudget, IsNeverExceededAndIsFullAfterAllReturns) {
       });
     }
   }
-  EXPECT_LE(most_held, kMost);
+  EXPECT_LE(most_held, kMax);
   EXPECT_LT(refused, 80'000u);
-  EXPECT_NE(budget.take(kMost), nullptr);
-  EXPECT_EQ(budget.take(kMost + 1), nullptr);
+  EXPECT_NE(budget.take(kMax), nullptr);
+  EXPECT_EQ(budget.take(kMax + 1), nullptr);
 }
 
 TEST(CallersBudget, OneCallerGetsHalfAndAllCallersGetTheWhole) {

@@ -39,7 +39,7 @@ TEST(CallLimitsTest, ManyCallersTakeBoundedMemory) {
   for (int i = 0; i < 100'000; ++i) {
     limits.take_request(std::to_string(i), call_time(0)).IgnoreError();
   }
-  EXPECT_EQ(limits.callers(), CallLimits::kMostCallers);
+  EXPECT_EQ(limits.callers(), CallLimits::kMaxCallers);
   // Callers beyond the limit share the rate of one: ten at once, one a second.
   EXPECT_FALSE(limits.take_request("new", call_time(0.5)).ok());
   // Callers that stay away for long enough make room.

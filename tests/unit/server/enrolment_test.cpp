@@ -118,7 +118,7 @@ TEST_F(EnrolmentTest, ExpiredAndRevokedTokensAreRefused) {
   ASSERT_TRUE(registry_.remove(token_.id).ok());
   EXPECT_EQ(registry_.identify(token_.text, kEnrolNow).status().code(), kUnauthenticated);
   EXPECT_EQ(registry_.enrol(before, request("a"), kEnrolNow).status().code(), kUnauthenticated) << "revoked on its way";
-  EXPECT_EQ(registry_.enrol(anybody(), request("a"), kEnrolNow).status().code(), kUnauthenticated);
+  EXPECT_EQ(registry_.enrol(anonymous_identity(), request("a"), kEnrolNow).status().code(), kUnauthenticated);
 }
 
 TEST_F(EnrolmentTest, EnrolledMachinesAreKnownAfterTheTokenIsRemoved) {

@@ -66,13 +66,13 @@ TEST_F(FarmEventsTest, EventsAreReadInPages) {
 }
 
 TEST_F(FarmEventsTest, OldEventsAreDroppedAndTextsAreCut) {
-  for (std::size_t i = 0; i < FarmEvents::kMost; ++i) {
+  for (std::size_t i = 0; i < FarmEvents::kMax; ++i) {
     events_.add(6000, {Note::Level::info, fmt::format("{}\x1b", std::string(5'000, 'x')), {}, {}}, "");
   }
-  const FarmEvents::Page page = events_.find({}, FarmEvents::kMost);
-  EXPECT_EQ(page.events.size(), FarmEvents::kMost);
+  const FarmEvents::Page page = events_.find({}, FarmEvents::kMax);
+  EXPECT_EQ(page.events.size(), FarmEvents::kMax);
   EXPECT_EQ(page.events.back().number, 6u);
-  EXPECT_EQ(page.events.back().note.text, fmt::format("{}…", std::string(FarmEvents::kMostTextBytes, 'x')));
+  EXPECT_EQ(page.events.back().note.text, fmt::format("{}…", std::string(FarmEvents::kMaxTextBytes, 'x')));
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ TEST_F(FarmTotalsTest, RepeatedWorkIsCountedOnce) {
   say(w, result(grant, grant.unit.tiles.front()));
   say(w, result(grant, grant.unit.tiles.front()));
   EXPECT_EQ(totals().results_merged, 1u);
-  EXPECT_EQ(totals().results_repeated, 1u);
+  EXPECT_EQ(totals().results_duplicate, 1u);
   EXPECT_EQ(totals().pixel_samples, 64u * 64);
 
   pass(limits.lease_duration + std::chrono::seconds(1));

@@ -375,7 +375,7 @@ TEST(UnevenJobPlan, TilesHaveTheirPartsAndAdvanceTogether) {
     plan.has_work();
   }
   EXPECT_EQ(first.size(), 4u);
-  EXPECT_TRUE(film.has_just(64));
+  EXPECT_TRUE(film.has_exactly(64));
   EXPECT_FALSE(plan.adopt(LeaseId{99}, TileId{0}, {4, 1})) << "beyond its part";
   plan.set_goal(65);
   EXPECT_TRUE(plan.adopt(LeaseId{99}, TileId{0}, {0, 16}));

@@ -213,7 +213,7 @@ TEST(Listener, AKnownCallerFreesItsSlotForAnUnknownOne) {
     client.connect(server.listener().port());
   }
   ASSERT_TRUE(server.has(2));
-  EXPECT_TRUE(server.listener().set_caller(clients[0].name(), anybody()).ok());
+  EXPECT_TRUE(server.listener().set_caller(clients[0].name(), anonymous_identity()).ok());
   EXPECT_TRUE(server.has(3));
 }
 
@@ -232,7 +232,7 @@ TEST(Listener, ADialFromInsideIsServedWhenAllSlotsAreTaken) {
   const ClientSocket known, refused;
   known.connect(server.listener().port());
   ASSERT_TRUE(server.has(1));
-  EXPECT_TRUE(server.listener().set_caller(known.name(), anybody()).ok());
+  EXPECT_TRUE(server.listener().set_caller(known.name(), anonymous_identity()).ok());
   refused.connect(server.listener().port());
   EXPECT_TRUE(refused.is_ended());
   const Result<int> dialled = server.listener().dial();

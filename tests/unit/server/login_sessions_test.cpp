@@ -32,10 +32,10 @@ TEST(LoginSessions, NoSessionOutlivesItsToken) {
 TEST(LoginSessions, TheOldestSessionOfATokenMakesRoom) {
   LoginSessions sessions;
   ASSERT_TRUE(sessions.add("other", logged_in_ada("ffffffffffff"), kLoginNow).ok());
-  for (std::size_t i = 0; i <= LoginSessions::kMostOfOne; ++i) {
+  for (std::size_t i = 0; i <= LoginSessions::kMaxOfOne; ++i) {
     ASSERT_TRUE(sessions.add(std::to_string(i), logged_in_ada(), kLoginNow).ok());
   }
-  EXPECT_EQ(sessions.size(), LoginSessions::kMostOfOne + 1);
+  EXPECT_EQ(sessions.size(), LoginSessions::kMaxOfOne + 1);
   EXPECT_FALSE(sessions.identify("0", kLoginNow).ok());
   EXPECT_TRUE(sessions.identify("1", kLoginNow).ok());
   EXPECT_TRUE(sessions.identify("other", kLoginNow).ok());
@@ -43,9 +43,9 @@ TEST(LoginSessions, TheOldestSessionOfATokenMakesRoom) {
 
 TEST(LoginSessions, TheLimitHoldsUntilSessionsExpire) {
   LoginSessions sessions;
-  for (std::size_t i = 0; i < LoginSessions::kMostLogins; ++i) {
+  for (std::size_t i = 0; i < LoginSessions::kMaxLogins; ++i) {
     ASSERT_TRUE(
-        sessions.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginSessions::kMostOfOne)), kLoginNow)
+        sessions.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginSessions::kMaxOfOne)), kLoginNow)
             .ok());
   }
   EXPECT_EQ(sessions.add("more", logged_in_ada("ffffffffffff"), kLoginNow).status().code(),
@@ -56,13 +56,13 @@ TEST(LoginSessions, TheLimitHoldsUntilSessionsExpire) {
 
 TEST(LoginSessions, SessionsOfInvalidTokensAreDropped) {
   LoginSessions sessions;
-  for (std::size_t i = 0; i < LoginSessions::kMostLogins; ++i) {
+  for (std::size_t i = 0; i < LoginSessions::kMaxLogins; ++i) {
     ASSERT_TRUE(
-        sessions.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginSessions::kMostOfOne)), kLoginNow)
+        sessions.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginSessions::kMaxOfOne)), kLoginNow)
             .ok());
   }
   sessions.keep([](const Identity& caller) { return caller.token != "000000000003"; });
-  EXPECT_EQ(sessions.size(), LoginSessions::kMostLogins - LoginSessions::kMostOfOne);
+  EXPECT_EQ(sessions.size(), LoginSessions::kMaxLogins - LoginSessions::kMaxOfOne);
   EXPECT_FALSE(sessions.identify("300", kLoginNow).ok());
   EXPECT_TRUE(sessions.identify("299", kLoginNow).ok());
   EXPECT_TRUE(sessions.add("more", logged_in_ada("ffffffffffff"), kLoginNow).ok());

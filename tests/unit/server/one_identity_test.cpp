@@ -281,7 +281,7 @@ TEST_F(OneIdentityTest, LeavesAResultUnauditedByLosingTheOnlyAudit) {
   const JobId job = submit_audited();
   const SessionId first = join("first", "a"), second = join("second", "b");
   answer(first);
-  const SessionId last = restart_worker(second, "second", "b", static_cast<int>(PendingAudits::kMostLost) - 1);
+  const SessionId last = restart_worker(second, "second", "b", static_cast<int>(PendingAudits::kMaxLost) - 1);
   EXPECT_EQ(status(job).state, JobState::running);
   restart_worker(last, "second", "b", 1);
   EXPECT_EQ(status(job).state, JobState::done) << "there is no other identity";

@@ -40,7 +40,7 @@ TEST(OperationRights, AnAdministratorDoesNotRenderAndACallerWithoutRolesDoesNoth
   for (const Rpc& rpc : served_rpcs()) {
     EXPECT_EQ(check_call(ada({Role::admin}), rpc).ok(), rpc.method != "Work" && rpc.method != "Enrol") << rpc.method;
     EXPECT_FALSE(check_call(ada({}), rpc).ok()) << rpc.method;
-    EXPECT_TRUE(check_call(anybody(), rpc).ok()) << rpc.method;
+    EXPECT_TRUE(check_call(anonymous_identity(), rpc).ok()) << rpc.method;
   }
 }
 

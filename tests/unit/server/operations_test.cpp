@@ -44,7 +44,7 @@ TEST(Operations, EachUnaryMethodIsOneEntryWithItsMessages) {
 TEST(Operations, CallsAboutJobsCheckTheOwner) {
   for (const Operation& operation : operations()) {
     const Right right = operation.rpc.right;
-    EXPECT_EQ(operation.handler.of_job, right == Right::see_job || right == Right::steer_job) << operation.http;
+    EXPECT_EQ(operation.handler.of_job, right == Right::see_job || right == Right::control_job) << operation.http;
   }
 }
 
@@ -244,7 +244,7 @@ TEST_F(OperationCallTest, AJobThatIsDeletedAfterADayIsRecorded) {
 TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
   const auto asked = call("PauseJob");
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(7);
-  EXPECT_EQ(start(asked, anybody()).get().code(), StatusCode::kNotFound);
+  EXPECT_EQ(start(asked, anonymous_identity()).get().code(), StatusCode::kNotFound);
   EXPECT_TRUE(actions().empty());
 }
 
@@ -342,7 +342,7 @@ TEST_F(OperationCallTest, UsersCannotRaiseAPriorityAboveTheLimit) {
   EXPECT_EQ(submitted(user("ada"), 10), StatusCode::kOk);
   EXPECT_EQ(submitted(user("ada"), 11), StatusCode::kPermissionDenied);
   EXPECT_EQ(submitted(operating, 11), StatusCode::kOk);
-  EXPECT_EQ(submitted(anybody(), 11), StatusCode::kOk) << "without authentication";
+  EXPECT_EQ(submitted(anonymous_identity(), 11), StatusCode::kOk) << "without authentication";
   const auto changed = [&](const Identity& by, std::int32_t priority) {
     const auto asked = call("SetPriority");
     auto& request = static_cast<v1::SetPriorityRequest&>(asked->request());
@@ -363,13 +363,13 @@ TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
   });
   begun.get_future().wait();
   const auto post = [&](std::uint64_t bytes) { return runtime->loop().post([](FarmLoop::TaskContext&) {}, bytes); };
-  EXPECT_TRUE(post(FarmLoop::kMostTaskBytes - 1));
+  EXPECT_TRUE(post(FarmLoop::kMaxTaskBytes - 1));
   EXPECT_TRUE(post(1));
   EXPECT_FALSE(post(1));
   EXPECT_TRUE(post(0));
   release.set_value();
   on_farm([](FarmLoop::TaskContext&) {});
-  EXPECT_TRUE(post(FarmLoop::kMostTaskBytes + 1)) << "alone, it may have any size";
+  EXPECT_TRUE(post(FarmLoop::kMaxTaskBytes + 1)) << "alone, it may have any size";
 }
 
 TEST_F(OperationCallTest, TheEntriesOfAListCountAsRequests) {
@@ -433,7 +433,7 @@ TEST_F(OperationCallTest, AnInspectionIsForgottenWithItsCaller) {
   file->set_path("a.json");
   file->set_digest(digest_bytes(digest));
   request.add_scene("a.json");
-  std::future<Status> answer = start(asked, anybody());
+  std::future<Status> answer = start(asked, anonymous_identity());
   on_farm([](FarmLoop::TaskContext& context) { EXPECT_EQ(context.inspections.size(), 1u); });
   asked->cancel();
   EXPECT_EQ(answer.get().code(), StatusCode::kCancelled);

@@ -212,7 +212,7 @@ TEST(PendingAudits, AnAuditThatOneIdentityLosesGoesToOthersUntilThreeLoseIt) {
   const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
   for (const std::string identity : {"b", "c", "d"}) {
-    for (std::uint32_t i = 0; i < PendingAudits::kMostLost; ++i) {
+    for (std::uint32_t i = 0; i < PendingAudits::kMaxLost; ++i) {
       ASSERT_EQ(all.next_for(on(identity), 1).size(), 1u) << identity << i;
       all.lease(place, LeaseId{i + 1});
       all.release(place, LeaseId{i + 1}, &identity);
@@ -235,7 +235,7 @@ TEST(PendingAudits, ADisputeLeavesAnIdentityThatLosesIt) {
   all.open(place, claim("a", 1));
   EXPECT_EQ(all.claim(place, claim("b", 2)).kind, Verdict::Kind::open);
   const std::string loser = "c";
-  for (std::uint32_t i = 0; i < PendingAudits::kMostLost; ++i) {
+  for (std::uint32_t i = 0; i < PendingAudits::kMaxLost; ++i) {
     all.lease(place, LeaseId{i + 1});
     all.release(place, LeaseId{i + 1}, &loser);
   }

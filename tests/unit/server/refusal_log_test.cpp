@@ -6,9 +6,9 @@
 namespace lightmill {
 namespace {
 
-constexpr Rpc kCancel{kRenderService, "CancelJob", Right::steer_job, true};
-constexpr Rpc kPause{kRenderService, "PauseJob", Right::steer_job, true};
-constexpr Rpc kDrain{kRenderService, "DrainWorker", Right::steer_farm, true};
+constexpr Rpc kCancel{kRenderService, "CancelJob", Right::control_job, true};
+constexpr Rpc kPause{kRenderService, "PauseJob", Right::control_job, true};
+constexpr Rpc kDrain{kRenderService, "DrainWorker", Right::control_farm, true};
 
 Time at(double seconds) {
   return Time{from_seconds(seconds)};

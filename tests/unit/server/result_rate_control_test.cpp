@@ -12,7 +12,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr double kMost = 1000;
+constexpr double kMax = 1000;
 constexpr Time kRateStart{seconds(100)};
 
 /// Reviews the pace with these waits.
@@ -23,7 +23,7 @@ bool look(ResultRateControl& control, Time now, std::vector<Duration> waits) {
 
 /// A pace that was cut to `rate` at 102 s, when results waited 4 s. It pauses reviews for twice `unit` and these 4 s.
 ResultRateControl cut_to(double rate, Duration unit = {}) {
-  ResultRateControl control(kMost, kRateStart);
+  ResultRateControl control(kMax, kRateStart);
   control.add_result(2 * rate / 0.9, kRateStart);
   control.add_unit(unit);
   EXPECT_TRUE(look(control, kRateStart + seconds(2), {seconds(4)}));
@@ -32,17 +32,17 @@ ResultRateControl cut_to(double rate, Duration unit = {}) {
 }
 
 TEST(ResultRateControl, StaysAtTheMaximumWhileWaitsAreShort) {
-  ResultRateControl control(kMost, kRateStart);
+  ResultRateControl control(kMax, kRateStart);
   EXPECT_FALSE(control.is_due(kRateStart + milliseconds(1999)));
   for (Time now = kRateStart + seconds(2); now < kRateStart + seconds(60); now += seconds(2)) {
     control.add_result(200, now - seconds(1));
     EXPECT_FALSE(look(control, now, {milliseconds(2900), milliseconds(10)}));
   }
-  EXPECT_EQ(control.bytes_per_second(), kMost);
+  EXPECT_EQ(control.bytes_per_second(), kMax);
 }
 
 TEST(ResultRateControl, AMinorityOfWorkersDoesNotSlowTheOthersDown) {
-  ResultRateControl control(kMost, kRateStart);
+  ResultRateControl control(kMax, kRateStart);
   control.add_result(200, kRateStart);
   EXPECT_FALSE(
       look(control, kRateStart + seconds(2), {std::chrono::hours(24), seconds(2), seconds(9), seconds(2), seconds(2)}));
@@ -57,11 +57,11 @@ TEST(ResultRateControl, OverloadCutsToNineTenthsOfTheIntake) {
 }
 
 TEST(ResultRateControl, IsCutByThreeQuartersAtMostAndNeverWithoutResults) {
-  ResultRateControl control(kMost, kRateStart);
+  ResultRateControl control(kMax, kRateStart);
   EXPECT_FALSE(look(control, kRateStart + seconds(2), {seconds(9)})) << "nothing came: the intake is unknown";
   control.add_result(1, kRateStart + seconds(3));
   EXPECT_TRUE(look(control, kRateStart + seconds(4), {seconds(9)}));
-  EXPECT_DOUBLE_EQ(control.bytes_per_second(), kMost / 4);
+  EXPECT_DOUBLE_EQ(control.bytes_per_second(), kMax / 4);
 }
 
 TEST(ResultRateControl, IsNotCutForResultsOfAnEarlierPace) {
@@ -98,24 +98,24 @@ TEST(ResultRateControl, GrowsByAFifthWithResultsAndDoublesWhenIdle) {
   EXPECT_FALSE(look(control, kRateStart + seconds(13), {})) << "no worker has reported a wait";
   EXPECT_TRUE(look(control, kRateStart + seconds(15), {}));
   EXPECT_TRUE(look(control, kRateStart + seconds(17), {}));
-  EXPECT_EQ(control.bytes_per_second(), kMost);
+  EXPECT_EQ(control.bytes_per_second(), kMax);
 }
 
 TEST(ResultRateControl, AReportedWaitCountsForHalfAMinute) {
-  const ResultRateControl control(kMost, kRateStart);
+  const ResultRateControl control(kMax, kRateStart);
   EXPECT_EQ(control.heard_from(kRateStart + seconds(10)), kRateStart);
   EXPECT_EQ(control.heard_from(kRateStart + seconds(70)), kRateStart + seconds(40));
 }
 
 TEST(ResultRateControl, AnIntervalWithoutReportsDoesNotCount) {
-  ResultRateControl control(kMost, kRateStart);
+  ResultRateControl control(kMax, kRateStart);
   control.add_result(1, kRateStart);
   EXPECT_FALSE(look(control, kRateStart + std::chrono::hours(10), {seconds(9)}));
-  EXPECT_EQ(control.bytes_per_second(), kMost);
+  EXPECT_EQ(control.bytes_per_second(), kMax);
 }
 
 TEST(ResultRateControl, APauseDoesNotCount) {
-  ResultRateControl control(kMost, kRateStart);
+  ResultRateControl control(kMax, kRateStart);
   control.add_result(1, kRateStart);
   control.note_stall(kRateStart + seconds(1));
   EXPECT_FALSE(control.is_due(kRateStart + seconds(12)));
@@ -127,8 +127,8 @@ TEST(ResultRateControl, APauseDoesNotCount) {
 /// are done, which take `unit` at the maximum pace. The excess waits for at most 20 s. Then workers wait, too. Returns
 /// the share of `taken` that came after two minutes, and its average wait.
 std::pair<double, double> after_minutes(double taken, Duration unit) {
-  ResultRateControl control(kMost, kRateStart);
-  std::deque<std::pair<Time, double>> sent{{kRateStart, kMost}};
+  ResultRateControl control(kMax, kRateStart);
+  std::deque<std::pair<Time, double>> sent{{kRateStart, kMax}};
   double queue = 0, all = 0, waited = 0;
   int seen = 0;
   for (Time now = kRateStart; now < kRateStart + seconds(600); now += milliseconds(100)) {
@@ -140,7 +140,7 @@ std::pair<double, double> after_minutes(double taken, Duration unit) {
     queue -= came;
     control.add_result(came, now);
     const auto unit_now =
-        Duration(static_cast<Duration::rep>(static_cast<double>(unit.count()) * kMost / control.bytes_per_second()));
+        Duration(static_cast<Duration::rep>(static_cast<double>(unit.count()) * kMax / control.bytes_per_second()));
     control.add_unit(unit_now);
     std::vector<Duration> waits{std::min(from_seconds(queue / taken), now - kRateStart)};
     if (control.is_due(now) && control.update(waits, now)) {
@@ -166,7 +166,7 @@ TEST(ResultRateControl, FindsTheIntakeRateUnderOverload) {
 }
 
 TEST(ResultRateControl, NeverFallsBelowASixtyFourth) {
-  ResultRateControl control(kMost, kRateStart);
+  ResultRateControl control(kMax, kRateStart);
   for (Time now = kRateStart + seconds(2); now < kRateStart + seconds(600); now += seconds(2)) {
     control.add_result(0.01, now - seconds(1));
     std::vector<Duration> waits{seconds(10)};
@@ -174,7 +174,7 @@ TEST(ResultRateControl, NeverFallsBelowASixtyFourth) {
       control.update(waits, now);
     }
   }
-  EXPECT_DOUBLE_EQ(control.bytes_per_second(), kMost / 64);
+  EXPECT_DOUBLE_EQ(control.bytes_per_second(), kMax / 64);
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 namespace lightmill {
 namespace {
 
-constexpr Rpc kCancelJob{kRenderService, "CancelJob", Right::steer_job, true};
+constexpr Rpc kCancelJob{kRenderService, "CancelJob", Right::control_job, true};
 constexpr Rpc kSubmitJob{kRenderService, "SubmitJob", Right::submit, true};
-constexpr Rpc kDrainWorker{kRenderService, "DrainWorker", Right::steer_farm, true};
+constexpr Rpc kDrainWorker{kRenderService, "DrainWorker", Right::control_farm, true};
 
 Identity ada(Roles roles) {
   return {"ada", roles, Proof::certificate, 0, ""};
@@ -70,7 +70,7 @@ TEST(Identities, AWorkersNameBeginsWithItsOwner) {
   EXPECT_EQ(worker_name(render1, "render-1").value(), "render-1");
   EXPECT_EQ(worker_name(render1, "render-10").value(), "render-1/render-10");
   EXPECT_EQ(worker_name(render1, "node7-4711").value(), "render-1/node7-4711");
-  EXPECT_EQ(worker_name(anybody(), "node7-4711").value(), "node7-4711");
+  EXPECT_EQ(worker_name(anonymous_identity(), "node7-4711").value(), "node7-4711");
   const Identity render{"render", {Role::worker}, Proof::certificate, 0, ""};
   const Identity enrolled{"render/node7", {Role::worker}, Proof::token, 0, ""};
   EXPECT_EQ(worker_name(enrolled, "4711").value(), "render/node7/4711");

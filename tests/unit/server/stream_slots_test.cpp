@@ -45,14 +45,14 @@ TEST(StreamSlots, OneCallerDoesNotTakeAllFilms) {
   StreamSlots slots({1, 256, 100}, clock);
   std::vector<std::shared_ptr<StreamSlot>> held;
   std::vector<std::size_t> ended;
-  for (std::size_t i = 0; i < StreamSlots::kMostFilms; ++i) {
+  for (std::size_t i = 0; i < StreamSlots::kMaxFilms; ++i) {
     held.push_back(slots.take(StreamKind::film, kAda).value());
     held.back()->on_evict([&ended, i] { ended.push_back(i); });
   }
   EXPECT_EQ(message_of(slots.take(StreamKind::film, kAda).status()),
             "the farm serves at most 64 film transfers at a time: try again later");
   EXPECT_TRUE(slots.take(StreamKind::film, kBob).ok());
-  EXPECT_EQ(ended, std::vector{StreamSlots::kMostFilms - 1});
+  EXPECT_EQ(ended, std::vector{StreamSlots::kMaxFilms - 1});
 }
 
 TEST(StreamSlots, AStalledCallEndsForAnotherOfItsCaller) {

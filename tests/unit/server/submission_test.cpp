@@ -23,7 +23,7 @@ Sha256 put_hollow_asset(const std::filesystem::path& assets, const std::string& 
 
 TEST(CheckFiles, RefusesMissingAndTooLargeFiles) {
   const TemporaryFolder folder;
-  const Sha256 large = put_hollow_asset(folder.path(), "large", handlers::kMostInspectedBytes);
+  const Sha256 large = put_hollow_asset(folder.path(), "large", handlers::kMaxInspectedBytes);
   const Sha256 small = put_hollow_asset(folder.path(), "small", 1);
   const auto assets = open_asset_folder(folder.path(), {}).value();
 

@@ -135,7 +135,7 @@ std::shared_ptr<const Method> endless_method() {
                   {"name": "lamp", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}, "emission": {"rgb": [1, 1, 1]}}],
     "objects": [{"name": "room", "material": "white", "sphere": {"center": [0, 0, 0], "radius": 10}},
                 {"name": "lamp", "material": "lamp", "sphere": {"center": [0, 5, 0], "radius": 1}}]})");
-  Result<std::unique_ptr<Method>> made = make_method(scene.compiled(), {.name = "path", .max_bounces = kMostBounces});
+  Result<std::unique_ptr<Method>> made = make_method(scene.compiled(), {.name = "path", .max_bounces = kMaxBounces});
   EXPECT_TRUE(made.ok()) << made.status();
   return std::move(made).value();
 }

@@ -3,13 +3,13 @@ import {base64Of, bytesOfBase64, hexOf} from '../model/bytes';
 import {ActionError, post} from './actions';
 
 /** Limit of digests in one request. */
-const kMostAsked = 10_000;
+const kMaxAsked = 10_000;
 
 /** The SHA-256, in hex, of the files that the farm lacks. */
 export async function findMissing(digests: readonly Uint8Array[], signal: AbortSignal): Promise<Set<string>> {
   const missing = new Set<string>();
-  for (let at = 0; at < digests.length; at += kMostAsked) {
-    const answer = (await post('assets/missing', {digests: digests.slice(at, at + kMostAsked).map(base64Of)}, {signal})) as {missing?: string[]};
+  for (let at = 0; at < digests.length; at += kMaxAsked) {
+    const answer = (await post('assets/missing', {digests: digests.slice(at, at + kMaxAsked).map(base64Of)}, {signal})) as {missing?: string[]};
     answer.missing?.forEach((each) => missing.add(hexOf(bytesOfBase64(each))));
   }
   return missing;

@@ -16,8 +16,8 @@ export interface Camera {
   center: Point;
 }
 
-export const kMostZoom = 64;
-export const kLeastZoom = 1 / 64;
+export const kMaxZoom = 64;
+export const kMinZoom = 1 / 64;
 
 /** The whole picture, centred. */
 export function fit(picture: Size, screen: Size): Camera {
@@ -26,7 +26,7 @@ export function fit(picture: Size, screen: Size): Camera {
 }
 
 function clampZoom(zoom: number): number {
-  return Math.min(Math.max(zoom, kLeastZoom), kMostZoom);
+  return Math.min(Math.max(zoom, kMinZoom), kMaxZoom);
 }
 
 /** The picture's point at a point of the screen. */

@@ -15,7 +15,7 @@ export interface ExrPicture {
 /** The reason why a file cannot be read, and the remedy. */
 export class ExrError extends Error {}
 
-const kMostPixels = 134_217_728;
+const kMaxPixels = 134_217_728;
 const kCompressions = ['none', 'RLE', 'ZIPS', 'ZIP', 'PIZ', 'PXR24', 'B44', 'B44A', 'DWAA', 'DWAB'];
 const kLinesOfBlock = [1, 1, 1, 16];
 const kPixelTypes = ['uint', 'half', 'float'] as const;
@@ -76,8 +76,8 @@ function readChannels(reader: Reader, end: number): Channel[] {
 function readWindow(reader: Reader): Rect {
   const [x, y, right, bottom] = [reader.int(), reader.int(), reader.int(), reader.int()];
   const [width, height] = [right - x + 1, bottom - y + 1];
-  if (width < 1 || height < 1 || width * height > kMostPixels) {
-    throw new ExrError(`a picture of ${width}×${height} pixels cannot be read: it must have 1 to ${kMostPixels} pixels`);
+  if (width < 1 || height < 1 || width * height > kMaxPixels) {
+    throw new ExrError(`a picture of ${width}×${height} pixels cannot be read: it must have 1 to ${kMaxPixels} pixels`);
   }
   return {x, y, width, height};
 }

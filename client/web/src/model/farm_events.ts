@@ -19,7 +19,7 @@ export function eventsOfActions({actions, nextPageToken}: ListActionsResponse): 
 }
 
 /** Limit of the list. The coordinator keeps this number of events, and more actions. */
-const kMost = 5_000;
+const kMax = 5_000;
 
 /** The known events. */
 export interface EventPages {
@@ -42,7 +42,7 @@ export function withNewest(pages: EventPages, page: FarmEvents): EventPages {
   }
   const fresh = page.events.filter(({number}) => number > pages.events[0]!.number);
   const events = [...fresh, ...pages.events];
-  return events.length > kMost ? {events: events.slice(0, kMost), older: ''} : {events, older: pages.older};
+  return events.length > kMax ? {events: events.slice(0, kMax), older: ''} : {events, older: pages.older};
 }
 
 /** Adds the page of `pages.older`, if the list still ends there. */

@@ -11,7 +11,7 @@ export const kSpans = [
 /** Samples whose ends are further apart than this many intervals have a gap between them. */
 const kLongest = 2.5;
 /** The least length of an axis, in intervals, also for a coordinator that has just started. */
-const kLeastShown = 15;
+const kMinShown = 15;
 
 export type Column = (number | null)[];
 
@@ -30,7 +30,7 @@ export interface FarmSeries {
 export type TimeWindow = readonly [number, number];
 
 function windowOf(begin: number, end: number, interval: number): TimeWindow {
-  return [Math.min(begin, end - kLeastShown * interval), end];
+  return [Math.min(begin, end - kMinShown * interval), end];
 }
 
 /** The range of an axis of `span` seconds. It begins with the first known value. */

@@ -81,15 +81,15 @@ function colorDistance(one: Color, other: Color): number {
   return (Math.abs(one[0] - other[0]) + Math.sqrt((one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2)) ** kColorExponent;
 }
 
-const kMostDistance = colorDistance(huntLabOf([0, 1, 0]), huntLabOf([0, 0, 1]));
+const kMaxDistance = colorDistance(huntLabOf([0, 1, 0]), huntLabOf([0, 0, 1]));
 
 /** Maps distances up to p_c of the maximum (green to blue) to [0, p_t], and larger ones to the rest. */
 function redistributed(distance: number): number {
-  const knee = kColorKnee * kMostDistance;
+  const knee = kColorKnee * kMaxDistance;
   const error =
     distance < knee
       ? (distance * kColorAtKnee) / knee
-      : kColorAtKnee + ((distance - knee) / (kMostDistance - knee)) * (1 - kColorAtKnee);
+      : kColorAtKnee + ((distance - knee) / (kMaxDistance - knee)) * (1 - kColorAtKnee);
   return clamped(error);
 }
 
@@ -247,7 +247,7 @@ export function flipMap(picture: Planes, reference: Planes, exposure = 0, pixels
 // The ACES curve by K. Narkowicz, with its factor 0.6: (k0 x² + k1 x)/(k3 x² + k4 x + k5).
 const kCurve = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14] as const;
 const kShownAs = 0.85; // the curve's output for the brightest pixel and for the median
-const kMostExposures = 64;
+const kMaxExposures = 64;
 
 function toneMapped(picture: Planes, exposure: number): Planes {
   const factor = 2 ** exposure;
@@ -276,7 +276,7 @@ function exposuresFor({width, height, rgb}: Planes): number[] {
   const [a, b, c] = [kCurve[0] - kCurve[3] * kShownAs, kCurve[1] - kCurve[4] * kShownAs, -kCurve[5] * kShownAs];
   const x = (-b + Math.sqrt(b * b - 4 * a * c)) / (2 * a);
   const [start, stop] = [Math.log2(x / luminance.at(-1)!), Math.log2(x / middle)];
-  const count = Math.min(Math.max(Math.ceil(stop - start), 2), kMostExposures);
+  const count = Math.min(Math.max(Math.ceil(stop - start), 2), kMaxExposures);
   return Array.from({length: count}, (_, i) => start + ((stop - start) * i) / (count - 1));
 }
 

@@ -16,11 +16,11 @@ import type {FarmGreeting, MethodFacts} from '../wire/lightmill/v1/web_pb';
 import {bytesOfHex} from './bytes';
 import type {Photons} from './route';
 
-export const kLeastPriority = -(2 ** 31);
-export const kMostPriority = 2 ** 31 - 1;
+export const kMinPriority = -(2 ** 31);
+export const kMaxPriority = 2 ** 31 - 1;
 
 /** What the coordinator says of jobs. */
-export type JobRules = Pick<FarmGreeting, 'rendererVersion' | 'methods' | 'mostNameBytes'>;
+export type JobRules = Pick<FarmGreeting, 'rendererVersion' | 'methods' | 'maxNameBytes'>;
 
 export interface JobForm {
   name: string;
@@ -111,7 +111,7 @@ function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, '
     layers: layersFor(facts, before.layers),
     seed: form.seed,
     method,
-    maxBounces: facts && before.maxBounces <= facts.mostBounces ? before.maxBounces : 0,
+    maxBounces: facts && before.maxBounces <= facts.maxBounces ? before.maxBounces : 0,
     meters: facts?.meters ? scene.meters.length : 0,
     rendererVersion: rules.rendererVersion,
   };
@@ -143,8 +143,8 @@ export const kQuickEnding = ' (being edited)';
 export const kPhotonMapEnding = ' (photon map)';
 
 /** The name, cut so that the ending fits. */
-function pageJobName(name: string, ending: string, {mostNameBytes}: JobRules): string {
-  const room = mostNameBytes - ending.length;
+function pageJobName(name: string, ending: string, {maxNameBytes}: JobRules): string {
+  const room = maxNameBytes - ending.length;
   let cut = '';
   for (const character of name || 'scene') {
     if (new TextEncoder().encode(cut + character).length > room) {
@@ -173,7 +173,7 @@ export function photonMapSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, 
     ...spec,
     name: pageJobName(spec.name, kPhotonMapEnding, rules),
     parent,
-    priority: Math.min(spec.priority + 1, kMostPriority),
+    priority: Math.min(spec.priority + 1, kMaxPriority),
     auditShare: 0,
     goal: create(GoalSchema, {samples: 1n}),
     settings: {...(settings ?? create(RenderSettingsSchema)), method: kPhotonMapMethods[photons], layers: [kBeauty], maxBounces: 0, meters: 0, rendererVersion: rules.rendererVersion},
@@ -183,11 +183,11 @@ export function photonMapSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, 
 export type QuickMethod = 'preview' | 'raycast' | 'path';
 /** Samples of a quick look: enough for smooth edges, or for a first impression of the light. */
 const kQuickSamples: Record<QuickMethod, bigint> = {preview: 16n, raycast: 16n, path: 64n};
-export const kMostQuickSide = 480;
+export const kMaxQuickSide = 480;
 
 /** A quick look at a scene during editing: small, with high priority, without audits, of the job's whole picture. */
 export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: JobRules, parent: bigint, method: QuickMethod): JobSpec {
-  const scale = Math.min(1, kMostQuickSide / Math.max(form.width, form.height));
+  const scale = Math.min(1, kMaxQuickSide / Math.max(form.width, form.height));
   const side = (length: number) => Math.max(1, Math.round(length * scale));
   const small = {...form, width: side(form.width), height: side(form.height), method};
   const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rules);
@@ -195,7 +195,7 @@ export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: Job
     ...spec,
     name: pageJobName(form.name, kQuickEnding, rules),
     parent,
-    priority: Math.min(form.priority + 1, kMostPriority),
+    priority: Math.min(form.priority + 1, kMaxPriority),
     auditShare: 0,
     goal: create(GoalSchema, {samples: kQuickSamples[method]}),
     settings: {...settingsFor(whole, scene, small, rules), layers: [kBeauty], maxBounces: 0, meters: 0},

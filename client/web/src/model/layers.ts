@@ -67,7 +67,7 @@ export interface Gain {
   /** Each in [0, 1]. */
   tint: Rgb;
 }
-export const kMostGainStops = 8;
+export const kMaxGainStops = 8;
 export const kAsRendered: Gain = {stops: 0, tint: [1, 1, 1]};
 
 /** By layer. Layers that are not in it stay as rendered. */
@@ -107,7 +107,7 @@ export function parseRelight(text: string): Relight {
     const match = /^([\w-]{1,64}):(off|-?\d+(?:\.\d+)?)(?:~([0-9a-f]{6}))?$/.exec(part);
     if (match) {
       const [, name, stops, tint] = match;
-      const number = Math.min(Math.max(Number(stops), -kMostGainStops), kMostGainStops);
+      const number = Math.min(Math.max(Number(stops), -kMaxGainStops), kMaxGainStops);
       relight.set(kLight + name!, {stops: stops === 'off' ? undefined : number, tint: tint ? ofSwatch(`#${tint}`) : kAsRendered.tint});
     }
   }

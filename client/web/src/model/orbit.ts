@@ -11,10 +11,10 @@ export interface Pose {
 }
 
 /** Least angle between the view and straight up or down, radians. There left and right would swap. */
-const kLeastPolar = Math.PI / 180;
+const kMinPolar = Math.PI / 180;
 /** Limits of the distance: the camera never reaches its target, and stays within the limits of scene documents. */
-const kLeastDistance = 1e-9;
-const kMostDistance = 1e11;
+const kMinDistance = 1e-9;
+const kMaxDistance = 1e11;
 
 export const plus = (a: Vector, b: Vector): Vector => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const minus = (a: Vector, b: Vector): Vector => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -53,7 +53,7 @@ export function orbited(pose: Pose, yaw: number, pitch: number): Pose {
   const offset = minus(turned.eye, pose.lookAt);
   const {right} = frameOf(turned);
   const polar = Math.atan2(length(cross(axis, offset)), dot(axis, offset));
-  const next = Math.min(Math.max(polar - pitch, kLeastPolar), Math.PI - kLeastPolar);
+  const next = Math.min(Math.max(polar - pitch, kMinPolar), Math.PI - kMinPolar);
   // A positive rotation about `right` leads away from `up`.
   return {...turned, eye: plus(pose.lookAt, rotated(offset, right, next - polar))};
 }
@@ -69,6 +69,6 @@ export function panned(pose: Pose, fovDegrees: number, x: number, y: number): Po
 /** Multiplies the distance to `lookAt`. */
 export function dollied(pose: Pose, factor: number): Pose {
   const offset = minus(pose.eye, pose.lookAt);
-  const distance = Math.min(Math.max(length(offset) * factor, kLeastDistance), kMostDistance);
+  const distance = Math.min(Math.max(length(offset) * factor, kMinDistance), kMaxDistance);
   return {...pose, eye: plus(pose.lookAt, times(unit(offset, [0, 0, 1]), distance))};
 }

@@ -13,8 +13,8 @@ export interface Look extends Tone {
   show: Show;
 }
 export const kPlainLook: Look = {exposure: 0, gamma: 1, view: 'plain', show: 'color'};
-export const kMostStops = 20;
-export const kMostGamma = 10;
+export const kMaxStops = 20;
+export const kMaxGamma = 10;
 
 /** The photon overlay. `caustic`: only photons that met mirrors or glass first. */
 export const kPhotons = ['none', 'few', 'many', 'caustic'] as const;
@@ -43,7 +43,7 @@ export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | {page: 
 
 export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map(), photons: 'none', meters: true};
 /** Limit of other jobs in one chart. */
-export const kMostCharted = 7;
+export const kMaxCharted = 7;
 
 function number(text: string | null, least: number, most: number, otherwise: number): number {
   const value = text === null || text === '' ? NaN : Number(text);
@@ -76,7 +76,7 @@ function regionOf(parameters: URLSearchParams): Rect | undefined {
 
 function chartedOf(parameters: URLSearchParams): bigint[] {
   const jobs = (parameters.get('chart') ?? '').split(',').map(jobNumber);
-  return [...new Set(jobs)].filter((job) => job !== undefined).slice(0, kMostCharted);
+  return [...new Set(jobs)].filter((job) => job !== undefined).slice(0, kMaxCharted);
 }
 
 /** Accepts any address. Invalid parts are ignored. */
@@ -87,8 +87,8 @@ export function parseRoute(hash: string): Route {
     const parameters = new URLSearchParams(query);
     const show = kShows.find((each) => each === parameters.get('show')) ?? kPlainLook.show;
     const look: Look = {
-      exposure: number(parameters.get('exposure'), -kMostStops, kMostStops, 0),
-      gamma: number(parameters.get('gamma'), 0.1, kMostGamma, 1),
+      exposure: number(parameters.get('exposure'), -kMaxStops, kMaxStops, 0),
+      gamma: number(parameters.get('gamma'), 0.1, kMaxGamma, 1),
       view: parameters.get('view') === 'filmic' ? 'filmic' : 'plain',
       show,
     };

@@ -39,8 +39,8 @@ export interface SlotGroup {
   slots: Slot[];
 }
 
-const kMostPlace = 1e12;
-const kMostRadiance = 1e20;
+const kMaxPlace = 1e12;
+const kMaxRadiance = 1e20;
 const kWhite: Rgb = [1, 1, 1];
 const kBlack: Rgb = [0, 0, 0];
 const kAxes = ['x', 'y', 'z'] as const;
@@ -139,7 +139,7 @@ class Slots<Message extends object> {
 
   point(field: keyof Message, label: string): this {
     const point = this.read<Vec3>(field);
-    this.found.push({kind: 'triple', label, names: kAxes, least: -kMostPlace, most: kMostPlace, value: vectorOf(point), put: (value) => this.set(field, withVector(point, value))});
+    this.found.push({kind: 'triple', label, names: kAxes, least: -kMaxPlace, most: kMaxPlace, value: vectorOf(point), put: (value) => this.set(field, withVector(point, value))});
     return this;
   }
 
@@ -160,8 +160,8 @@ class Slots<Message extends object> {
   }
 }
 
-const kLeastIor = 1e-3;
-const kMostIor = 10;
+const kMinIor = 1e-3;
+const kMaxIor = 10;
 
 /** Slots of the material's kind itself. */
 function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Slot[] {
@@ -171,7 +171,7 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
     case 'mirror':
       return new Slots(kind.value, (value) => put({case: 'mirror', value})).color('reflectance', 'Colour', kWhite).found;
     case 'dielectric':
-      return new Slots(kind.value, (value) => put({case: 'dielectric', value})).number('ior', 'Index of refraction', 1.5, kLeastIor, kMostIor, 0.01).share('roughness', 'Roughness').found;
+      return new Slots(kind.value, (value) => put({case: 'dielectric', value})).number('ior', 'Index of refraction', 1.5, kMinIor, kMaxIor, 0.01).share('roughness', 'Roughness').found;
     case 'phong':
       return new Slots(kind.value, (value) => put({case: 'phong', value}))
         .color('diffuse', 'Diffuse', kBlack)
@@ -186,7 +186,7 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .share('roughness', 'Roughness', 0.5)
         .share('specular', 'Specular', 0.5)
         .share('transmission', 'Transmission')
-        .number('ior', 'Index of refraction', 1.5, kLeastIor, kMostIor, 0.01)
+        .number('ior', 'Index of refraction', 1.5, kMinIor, kMaxIor, 0.01)
         .share('coat', 'Coat')
         .share('coatRoughness', 'Coat roughness', 0.03)
         .flag('burleyDiffuse', "Burley's diffuse part")
@@ -258,7 +258,7 @@ function lightSlots(scene: Scene, index: number): Slot[] {
         .number('exponent', 'Exponent', 1, 0, 10_000, 1).found;
     case 'ies':
       return new Slots(kind.value, (value) => put({case: 'ies', value}))
-        .number('scale', 'Scale', 1, 0, kMostRadiance, 0.1)
+        .number('scale', 'Scale', 1, 0, kMaxRadiance, 0.1)
         .color('color', 'Colour', kWhite)
         .point('position', 'Position')
         .point('direction', 'Direction').found;

@@ -7,12 +7,12 @@ const kParts = /\.(json|gltf|glb|obj|mtl|pbrt|xml|ply|serialized|spd|bin|png|jpe
 /** The kinds whose content names further files. */
 const kTexts = /\.(json|gltf|obj|mtl|pbrt|xml)$/i;
 /** Larger files are not searched. The files that they name must be at the named paths. */
-export const kMostSearchedBytes = 64 * 1024 * 1024;
-export const kMostFiles = 10_000;
+export const kMaxSearchedBytes = 64 * 1024 * 1024;
+export const kMaxFiles = 10_000;
 
 /** Bytes of a file that are searched. An OBJ file names other files before its vertices. */
 export function searchedBytes(path: string): number {
-  return kMeshes.test(path) ? 1024 * 1024 : kMostSearchedBytes;
+  return kMeshes.test(path) ? 1024 * 1024 : kMaxSearchedBytes;
 }
 
 export interface DroppedFile {
@@ -26,7 +26,7 @@ export function isPart(path: string): boolean {
 }
 
 export function isSearched({path, size}: DroppedFile): boolean {
-  return kTexts.test(path) && size <= kMostSearchedBytes;
+  return kTexts.test(path) && size <= kMaxSearchedBytes;
 }
 
 /**

@@ -10,7 +10,7 @@ export interface Edits<Value> {
   of: string;
 }
 
-export const kMostEdits = 200;
+export const kMaxEdits = 200;
 
 export function begun<Value>(value: Value): Edits<Value> {
   return {first: value, past: [], now: value, future: [], of: ''};
@@ -19,7 +19,7 @@ export function begun<Value>(value: Value): Edits<Value> {
 /** An edit with an empty `of` is always separate. */
 export function edited<Value>(edits: Edits<Value>, value: Value, of: string): Edits<Value> {
   const continues = of !== '' && of === edits.of && edits.past.length > 0;
-  const past = continues ? edits.past : [...edits.past, edits.now].slice(-kMostEdits);
+  const past = continues ? edits.past : [...edits.past, edits.now].slice(-kMaxEdits);
   return {first: edits.first, past, now: value, future: [], of};
 }
 

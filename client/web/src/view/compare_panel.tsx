@@ -3,7 +3,7 @@ import {useRef} from 'preact/hooks';
 import type {Against, Comparison} from '../model/comparison';
 import {valueText} from '../model/format';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
-import {kMostMeasuredPixels, type Measurement} from './comparison';
+import {kMaxMeasuredPixels, type Measurement} from './comparison';
 import type {Reference} from './reference';
 import {useFarm} from './store';
 
@@ -116,7 +116,7 @@ export function ComparePanel({reference, measurement, pixels}: {reference: Refer
           {reference.failure}
         </p>
       )}
-      {!reference.failure && !errors && <p class="muted">{pixels > kMostMeasuredPixels ? 'Pictures of more than 16 million pixels are not measured here. Use "lightmill error".' : waiting}</p>}
+      {!reference.failure && !errors && <p class="muted">{pixels > kMaxMeasuredPixels ? 'Pictures of more than 16 million pixels are not measured here. Use "lightmill error".' : waiting}</p>}
       <dl class="facts measured">
         {rows.map(([name, value]) => (
           <div key={name}>

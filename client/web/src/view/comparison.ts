@@ -6,7 +6,7 @@ import type {Answer, FlipAnswer, Question} from './compare_worker';
 import {useFilmVersion} from './inspector';
 
 /** Larger pictures are not measured. */
-export const kMostMeasuredPixels = 16_777_216;
+export const kMaxMeasuredPixels = 16_777_216;
 
 export interface Measurement {
   /** Undefined if no pixel counts. */
@@ -17,7 +17,7 @@ export interface Measurement {
 
 function canMeasure(film: Film, other: Film): boolean {
   const pixels = film.crop.width * film.crop.height;
-  return film.crop.width === other.crop.width && film.crop.height === other.crop.height && pixels <= kMostMeasuredPixels;
+  return film.crop.width === other.crop.width && film.crop.height === other.crop.height && pixels <= kMaxMeasuredPixels;
 }
 
 /** Runs one measurement at a time, of the newest request. Afterwards it pauses for as long as the measurement took. */

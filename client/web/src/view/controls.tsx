@@ -1,7 +1,7 @@
 /** Display settings of the picture: exposure, maps and comparisons. */
 import type {Film} from '../model/film';
 import {layerLabel, shownLayers} from '../model/layers';
-import {kMostGamma, kMostStops, type Look, type Photons, type Show} from '../model/route';
+import {kMaxGamma, kMaxStops, type Look, type Photons, type Show} from '../model/route';
 import {CompareControls, type CompareControlsProps} from './compare_panel';
 import {legendOf} from './gl_picture';
 import {useFilmVersion} from './inspector';
@@ -72,14 +72,14 @@ export function Controls(props: ControlsProps) {
       <label>
         Exposure
         <input type="range" min={-10} max={10} step={0.25} value={look.exposure} aria-valuetext={`${look.exposure} stops`} onInput={(event) => onLook({...look, exposure: Number(event.currentTarget.value)})} />
-        <NumberField class="short" label="Exposure in stops" least={-kMostStops} most={kMostStops} step={0.25} value={look.exposure} onValue={(exposure) => onLook({...look, exposure})} />
+        <NumberField class="short" label="Exposure in stops" least={-kMaxStops} most={kMaxStops} step={0.25} value={look.exposure} onValue={(exposure) => onLook({...look, exposure})} />
       </label>
       <button type="button" title="Fit the exposure to the picture (N)" onClick={onNormalize}>
         Auto
       </button>
       <label>
         Gamma
-        <NumberField class="short" least={0.1} most={kMostGamma} step={0.1} value={look.gamma} onValue={(gamma) => onLook({...look, gamma})} />
+        <NumberField class="short" least={0.1} most={kMaxGamma} step={0.1} value={look.gamma} onValue={(gamma) => onLook({...look, gamma})} />
       </label>
       <label>
         View

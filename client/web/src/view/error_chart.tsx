@@ -6,7 +6,7 @@ import {csvOf, kLineColors, nearestPoint, type ChartLine} from '../model/chart';
 import {errorCurve, type ErrorCurve} from '../model/error_curve';
 import {errorText, humanSeconds, methodName, powerOfTen, valueText} from '../model/format';
 import {hasEnded} from '../model/jobs';
-import {kMostCharted} from '../model/route';
+import {kMaxCharted} from '../model/route';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 import {useChartedJobs} from './charted_jobs';
 import {save} from './download';
@@ -213,7 +213,7 @@ function AddJob({job, charted, onCharted}: {job: Job; charted: readonly bigint[]
     <select
       aria-label="Add a job to the chart"
       value=""
-      disabled={offered.length === 0 || charted.length >= kMostCharted}
+      disabled={offered.length === 0 || charted.length >= kMaxCharted}
       onChange={(event) => {
         const chosen = event.currentTarget.value;
         event.currentTarget.value = '';

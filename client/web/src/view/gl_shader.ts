@@ -34,7 +34,7 @@ uniform vec3 background;
 out vec4 shown;
 
 const vec3 kLuminance = vec3(0.2126, 0.7152, 0.0722);
-const int kMostTaps = 8;
+const int kMaxTaps = 8;
 
 float samplesAt(bool other, ivec2 pixel) {
   return other ? texelFetch(otherCounts, (pixel + ivec2(otherOrigin)) / 64, 0).r
@@ -66,7 +66,7 @@ vec3 colorAt(bool other, vec2 at) {
   if (width <= 1.0) {
     return valueAt(other, ivec2(at));
   }
-  int taps = min(int(ceil(width)), kMostTaps);
+  int taps = min(int(ceil(width)), kMaxTaps);
   vec3 sum = vec3(0.0);
   for (int y = 0; y < taps; ++y) {
     for (int x = 0; x < taps; ++x) {
@@ -124,7 +124,7 @@ vec3 turbo(float t) {
 // The overlay at one pixel of the screen: the photons' hue, and their coverage. The square root makes a few photons visible.
 vec4 photonsAt(vec2 at) {
   float width = 1.0 / zoom;
-  int taps = clamp(int(ceil(width)), 1, kMostTaps);
+  int taps = clamp(int(ceil(width)), 1, kMaxTaps);
   vec3 sum = vec3(0.0);
   float covered = 0.0;
   for (int y = 0; y < taps; ++y) {

@@ -1,6 +1,6 @@
 /** Form fields of a job: name, size, method, seed, goal and priority. */
 import {useId} from 'preact/hooks';
-import {kLeastPriority, kMostPriority, type JobForm} from '../model/job_form';
+import {kMinPriority, kMaxPriority, type JobForm} from '../model/job_form';
 import {NumberField} from './number_field';
 import {useFarm} from './store';
 
@@ -28,10 +28,10 @@ export function JobFields({form, onForm}: JobFieldsProps) {
     <div class="job-fields">
       <label class="whole">
         Name
-        <input type="text" maxLength={greeting?.mostNameBytes} value={form.name} onInput={(event) => set({name: event.currentTarget.value})} />
+        <input type="text" maxLength={greeting?.maxNameBytes} value={form.name} onInput={(event) => set({name: event.currentTarget.value})} />
       </label>
-      {number('width', 'Width', {least: 1, most: greeting?.mostSide})}
-      {number('height', 'Height', {least: 1, most: greeting?.mostSide})}
+      {number('width', 'Width', {least: 1, most: greeting?.maxSide})}
+      {number('height', 'Height', {least: 1, most: greeting?.maxSide})}
       <label>
         Method
         <input type="text" list={methods} value={form.method} onInput={(event) => set({method: event.currentTarget.value})} />
@@ -57,7 +57,7 @@ export function JobFields({form, onForm}: JobFieldsProps) {
           Adaptive
         </label>
       </fieldset>
-      {number('priority', 'Priority', {least: kLeastPriority, most: kMostPriority, title: 'Jobs with a higher priority go first'})}
+      {number('priority', 'Priority', {least: kMinPriority, most: kMaxPriority, title: 'Jobs with a higher priority go first'})}
     </div>
   );
 }

@@ -4,7 +4,7 @@ import {useState} from 'preact/hooks';
 import {actOnJob, deleteJob, extendJob, setPriority} from '../api/actions';
 import {ageText, boundedErrorText, goalText, humanRate, humanSeconds, kMixed, methodName, samplesText} from '../model/format';
 import {childrenOf, hasEnded} from '../model/jobs';
-import {kLeastPriority, kMostPriority} from '../model/job_form';
+import {kMinPriority, kMaxPriority} from '../model/job_form';
 import {refusalOf} from '../model/rights';
 import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton, etaText} from './bits';
@@ -52,7 +52,7 @@ function Priority({job, onFailure}: {job: Job; onFailure: (message: string) => v
   return (
     <label class="stacked" title={refused ?? 'Jobs with a higher priority go first'}>
       Priority
-      <NumberField class="short" step={1} least={kLeastPriority} most={kMostPriority} value={job.priority} disabled={refused !== undefined} onValue={set} />
+      <NumberField class="short" step={1} least={kMinPriority} most={kMaxPriority} value={job.priority} disabled={refused !== undefined} onValue={set} />
     </label>
   );
 }

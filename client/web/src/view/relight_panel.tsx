@@ -1,7 +1,7 @@
 /** Switches, strengths and colours of light groups. The picture follows at once without rendering. */
 import {useRef} from 'preact/hooks';
 import {ofSwatch, swatchOf} from '../model/color';
-import {groupName, isAsRendered, kAsRendered, kMostGainStops, layerLabel, withGain, type Gain, type Relight} from '../model/layers';
+import {groupName, isAsRendered, kAsRendered, kMaxGainStops, layerLabel, withGain, type Gain, type Relight} from '../model/layers';
 
 function Row({layer, gain, onGain}: {layer: string; gain: Gain; onGain: (gain: Gain) => void}) {
   const label = layerLabel(layer);
@@ -22,8 +22,8 @@ function Row({layer, gain, onGain}: {layer: string; gain: Gain; onGain: (gain: G
         type="range"
         aria-label={`${label}: stops`}
         aria-valuetext={off ? 'off' : `${stops} stops`}
-        min={-kMostGainStops}
-        max={kMostGainStops}
+        min={-kMaxGainStops}
+        max={kMaxGainStops}
         step={0.25}
         value={stops ?? 0}
         disabled={off}

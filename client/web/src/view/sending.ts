@@ -2,7 +2,7 @@
 import {findMissing, uploadAsset} from '../api/assets';
 import {inspectScene, type Inspection, type NamedDigest} from '../api/inspect';
 import {hexOf} from '../model/bytes';
-import {isPart, isSearched, kMostFiles, misplaced, namesIn, sceneChoices, searchedBytes} from '../model/scene_files';
+import {isPart, isSearched, kMaxFiles, misplaced, namesIn, sceneChoices, searchedBytes} from '../model/scene_files';
 import type {SceneFile} from './dropped';
 import {Hasher, hashingRefused} from './hashing';
 
@@ -65,8 +65,8 @@ export async function sendFiles(dropped: readonly SceneFile[], onProgress: (prog
   if (choices.length === 0) {
     throw new Error('None of these files is a scene: drop a .json, .gltf, .glb, .pbrt, .xml or .obj file, with the files that it names or the folder that holds all of them.');
   }
-  if (files.length > kMostFiles) {
-    throw new Error(`${files.length} files are too many (limit ${kMostFiles}): drop the scene's own folder.`);
+  if (files.length > kMaxFiles) {
+    throw new Error(`${files.length} files are too many (limit ${kMaxFiles}): drop the scene's own folder.`);
   }
   const digests = await hashAll(files, onProgress, signal);
   await uploadMissing(files, digests, onProgress, signal);

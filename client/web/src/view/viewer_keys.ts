@@ -2,7 +2,7 @@
 import type {Camera, Point} from '../model/camera';
 import type {Against, Comparison} from '../model/comparison';
 import type {Rect} from '../model/film';
-import {kMostStops, kPlainLook, type Look} from '../model/route';
+import {kMaxStops, kPlainLook, type Look} from '../model/route';
 import type {Steering} from './viewer';
 
 export interface KeyTargets {
@@ -85,7 +85,7 @@ export function steeringKeys(steering: Steering, shift: boolean): Record<string,
 /** By the key's name in lower case. */
 export function viewerKeys(targets: KeyTargets, shift: boolean): Record<string, () => void> {
   const {look, camera, onLook, onCamera, drawing} = targets;
-  const brighter = (stops: number) => onLook({...look, exposure: Math.min(Math.max(look.exposure + stops, -kMostStops), kMostStops)});
+  const brighter = (stops: number) => onLook({...look, exposure: Math.min(Math.max(look.exposure + stops, -kMaxStops), kMaxStops)});
   const remove = () => {
     targets.onRegion(undefined);
     targets.onDrawing(false);

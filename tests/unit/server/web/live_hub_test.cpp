@@ -9,7 +9,7 @@ namespace {
 
 TEST_F(LiveHubTest, APageGetsTheGreetingFirstAndNothingBeforeItsRequest) {
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   submit("ada", "one");
   settle();
   EXPECT_TRUE(page.messages.empty());
@@ -17,8 +17,8 @@ TEST_F(LiveHubTest, APageGetsTheGreetingFirstAndNothingBeforeItsRequest) {
   ASSERT_EQ(page.messages.size(), 1u);
   EXPECT_EQ(page.messages[0].greeting().version(), "1.0");
   EXPECT_EQ(page.messages[0].greeting().notices(0), "be kind");
-  EXPECT_EQ(page.messages[0].greeting().most_side(), 65536u);
-  EXPECT_EQ(page.messages[0].greeting().most_name_bytes(), 200u);
+  EXPECT_EQ(page.messages[0].greeting().max_side(), 65536u);
+  EXPECT_EQ(page.messages[0].greeting().max_name_bytes(), 200u);
   settle();
   ASSERT_EQ(page.messages.size(), 2u);
   EXPECT_TRUE(page.messages[1].jobs().whole());
@@ -29,12 +29,12 @@ TEST_F(LiveHubTest, APageGetsTheGreetingFirstAndNothingBeforeItsRequest) {
 
 TEST_F(LiveHubTest, TheGreetingHasTheLayersAndLimitsOfEachMethod) {
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(page).ok());
   std::map<std::string, std::string> facts;
   for (const v1::MethodFacts& each : page.messages[0].greeting().methods()) {
     facts[each.name()] = fmt::format("{} / {}{}{}", fmt::join(each.layers(), " "), each.light_groups() ? "groups " : "",
-                                     each.meters() ? "meters " : "", each.most_bounces());
+                                     each.meters() ? "meters " : "", each.max_bounces());
   }
   const std::string surfaces = "albedo normal features depth id";
   EXPECT_EQ(facts.size(), 10u);
@@ -47,7 +47,7 @@ TEST_F(LiveHubTest, TheGreetingHasTheLayersAndLimitsOfEachMethod) {
 
 TEST_F(LiveHubTest, OnlyChangesAreSent) {
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   const JobId first = submit("ada", "one");
   ASSERT_TRUE(ask(page).ok());
   settle();
@@ -72,7 +72,7 @@ TEST_F(LiveHubTest, OnlyChangesAreSent) {
 
 TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(page).ok());
   settle();
   ASSERT_TRUE(ask(page, true).ok());
@@ -96,7 +96,7 @@ TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
 
 TEST_F(LiveHubTest, AStalledPageGetsTwoMessagesAndThenOnlyTheNewest) {
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(page).ok());
   const JobId job = submit("ada", "one");
   settle();
@@ -123,7 +123,7 @@ TEST_F(LiveHubTest, AStalledPageGetsTwoMessagesAndThenOnlyTheNewest) {
 TEST_F(LiveHubTest, AWritingSocketGetsNoMessage) {
   Page page;
   page.reads_slowly = true;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(page).ok());
   submit("ada", "one");
   settle();
@@ -136,7 +136,7 @@ TEST_F(LiveHubTest, AWritingSocketGetsNoMessage) {
 
 TEST_F(LiveHubTest, AQuietFarmSendsAMessageEveryFiveSeconds) {
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(page).ok());
   settle();
   ASSERT_TRUE(ask(page).ok());
@@ -176,7 +176,7 @@ TEST_F(LiveHubTest, ARevokedCallerIsDisconnectedOnceAndGetsNothingMore) {
   for (const bool hidden : {false, true}) {
     Page page;
     bool known = true;
-    hub->add(page, call_of(anybody()),
+    hub->add(page, call_of(anonymous_identity()),
              [&] { return known ? ok_status() : make_error(StatusCode::kUnauthenticated, "the token was revoked"); });
     ASSERT_TRUE(ask(page, hidden).ok());
     settle();
@@ -195,13 +195,13 @@ TEST_F(LiveHubTest, ARevokedCallerIsDisconnectedOnceAndGetsNothingMore) {
 
 TEST_F(LiveHubTest, InvalidRequestsAreRefused) {
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   EXPECT_EQ(hub->ask(page, "\xff\xff\xff").code(), StatusCode::kInvalidArgument);
   v1::ViewRequest request;
   request.set_seen(1);
   EXPECT_EQ(hub->ask(page, request.SerializeAsString()).code(), StatusCode::kInvalidArgument) << "more than were sent";
   request.set_seen(0);
-  for (int i = 0; i <= kMostViewLayers; ++i) {
+  for (int i = 0; i <= kMaxViewLayers; ++i) {
     request.add_layers(fmt::format("light:{}", i));
   }
   EXPECT_EQ(hub->ask(page, request.SerializeAsString()).code(), StatusCode::kInvalidArgument) << "too many layers";

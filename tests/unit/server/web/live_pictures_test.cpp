@@ -7,7 +7,7 @@ namespace {
 TEST_F(LiveHubTest, TheOpenJobIsFollowedAndAMissingOneIsReported) {
   const JobId job = submit("ada", "one");
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(page, false, JobId{42}).ok());
   settle();
   ASSERT_TRUE(ask(page, false, JobId{42}).ok());
@@ -61,7 +61,7 @@ TEST_F(LiveHubTest, LayersOfALargePictureAreSentInTurn) {
   const JobId job = submit("ada", "large", 64 * 20, 64 * 10, layers);
   render(job);
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(page, false, job, layers).ok());
   ask_until([&] { return tiles_of(page).size() == 3; }, page, job, layers);
   std::set<std::string> first_of_messages;
@@ -84,10 +84,10 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   const std::vector<std::string> layers{"light:key", "light:rest"};
   const JobId job = submit("ada", "small", 64 * 10, 64 * 8, layers);
   Page first, second;
-  hub->add(first, call_of(anybody()));
+  hub->add(first, call_of(anonymous_identity()));
   ASSERT_TRUE(ask(first, false, large).ok());
   settle();
-  hub->add(second, call_of(anybody()));
+  hub->add(second, call_of(anonymous_identity()));
   // There is room for 80 tiles once.
   ASSERT_TRUE(ask(second, false, job).ok());
   ask_until([&] { return failed_layers(second) == 2; }, second, job, layers);
@@ -120,7 +120,7 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
 TEST_F(LiveHubTest, ATooLargePictureIsNotShownButItsJobIs) {
   const JobId job = submit("ada", "huge", 64 * 256, 64 * 129);
   Page page;
-  hub->add(page, call_of(anybody()));
+  hub->add(page, call_of(anonymous_identity()));
   for (int i = 0; i < 3; ++i) {
     ASSERT_TRUE(ask(page, false, job).ok());
     settle();

@@ -106,7 +106,7 @@ TEST_F(PageJobsTest, APageBelongsToOneCaller) {
 
 TEST_F(PageJobsTest, TheOldestOfTooManyJobsIsDeleted) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
-  for (std::uint64_t job = 1; job <= PageJobs::kMostJobs + 1; ++job) {
+  for (std::uint64_t job = 1; job <= PageJobs::kMaxJobs + 1; ++job) {
     submit("p", job);
   }
   EXPECT_EQ(discarded, std::vector<std::uint64_t>{1});

@@ -1,4 +1,4 @@
-// Balls: the shape of lights that have a position, an intensity by direction and a radius.
+// Spherical lights: the shape of point lights and spots with a radius.
 //
 // A point light of intensity I(ω) and radius r is a sphere whose surface has the radiance I(ω)/(π r²) in each outward
 // direction ω. Its projected area is π r² from everywhere, so its intensity from afar is I(ω). Its inside is dark.
@@ -11,7 +11,7 @@
 namespace lightmill {
 
 /// The radii of the lights of a kind; 0 for points.
-class BallRadii {
+class SphereRadii {
  public:
   void add(float radius) {
     radius_.push_back(radius);
@@ -26,24 +26,24 @@ class BallRadii {
   bool any_ = false;
 };
 
-/// A ball counts as a point if the squared sine of its half angle is smaller.
-inline constexpr float kLeastBallSine2 = 1e-20f;
+/// A sphere counts as a point if the squared sine of its half angle is smaller.
+inline constexpr float kMinSphereSine2 = 1e-20f;
 
-/// A sampled point of balls as seen from p, uniform in the cone that they subtend. Balls of radius 0 are points.
-struct BallSample8 {
+/// A sampled point of spheres as seen from p, uniform in the cone that they subtend. Spheres of radius 0 are points.
+struct SphereSample8 {
   V8 position;
   V8 wi;
   F8 irradiance;       ///< over the intensity towards p, on a surface that faces the sample
   F8 pdf_solid_angle;  ///< 0 for points
   M8 valid;
-  BallSample8(const V8& p, const V8& center, F8 radius, M8 lanes, Pair8 u) {
+  SphereSample8(const V8& p, const V8& center, F8 radius, M8 lanes, Pair8 u) {
     const SphereView8 view(p, center, radius);
-    const M8 ball = is_ball(view, radius);
+    const M8 sphere = is_sphere(view, radius);
     const SphereView8::Entry8 entry = view.sample(radius, u);
-    wi = select(ball, entry.wi, view.to_center * (F8(1.0f) / sqrt(view.center2)));
-    position = select(ball, center + entry.normal * radius, center);
+    wi = select(sphere, entry.wi, view.to_center * (F8(1.0f) / sqrt(view.center2)));
+    position = select(sphere, center + entry.normal * radius, center);
     irradiance = F8(2.0f) / (view.center2 * (F8(1.0f) + view.cos_max));  // 2(1 − cos)/r², the solid angle over π r²
-    pdf_solid_angle = masked(ball, cone_pdf_solid_angle(view.one_minus_cos));
+    pdf_solid_angle = masked(sphere, cone_pdf_solid_angle(view.one_minus_cos));
     valid = lanes & view.outside & (view.center2 > F8(0.0f));
   }
   /// Unit direction of travel, to p.
@@ -51,23 +51,23 @@ struct BallSample8 {
   LightSample8 light(const V8& intensity, F8 share, M8 lit) const {
     return {position, wi, intensity * (share * irradiance), pdf_solid_angle, valid & lit};
   }
-  static M8 is_ball(const SphereView8& view, F8 radius) {
-    return (radius * radius > view.center2 * F8(kLeastBallSine2)) & view.outside;
+  static M8 is_sphere(const SphereView8& view, F8 radius) {
+    return (radius * radius > view.center2 * F8(kMinSphereSine2)) & view.outside;
   }
 };
 
 /// Density per solid angle of these samples; 0 for points, and from inside.
-inline F8 ball_pdf_solid_angle(const V8& from, const V8& center, F8 radius) {
+inline F8 sphere_pdf_solid_angle(const V8& from, const V8& center, F8 radius) {
   const SphereView8 view(from, center, radius);
-  return masked(BallSample8::is_ball(view, radius), cone_pdf_solid_angle(view.one_minus_cos));
+  return masked(SphereSample8::is_sphere(view, radius), cone_pdf_solid_angle(view.one_minus_cos));
 }
 
-/// Where rays from outside, with unit directions, enter balls.
-struct BallEntry8 {
+/// Where rays from outside, with unit directions, enter spheres.
+struct SphereEntry8 {
   M8 hit;
   F8 distance;
-  F8 cosine;  ///< to the ball's surface
-  BallEntry8(const V8& origin, const V8& direction, const V8& center, F8 radius, M8 lanes) {
+  F8 cosine;  ///< to the sphere's surface
+  SphereEntry8(const V8& origin, const V8& direction, const V8& center, F8 radius, M8 lanes) {
     const V8 to_center = center - origin;
     const F8 along = dot(to_center, direction), radius2 = radius * radius;
     const F8 half2 = radius2 - length_squared(to_center - direction * along);
@@ -78,9 +78,9 @@ struct BallEntry8 {
   }
 };
 
-/// The point of balls with this outward unit normal. Its `area` is that of the whole ball. Of points only the position
+/// The point of spheres with this outward unit normal. Its `area` is that of the whole sphere. Of points only the position
 /// has a meaning.
-inline EmissionPoint8 ball_emission_point(const V8& center, F8 radius, M8 lanes, const V8& outward) {
+inline EmissionPoint8 sphere_emission_point(const V8& center, F8 radius, M8 lanes, const V8& outward) {
   EmissionPoint8 out{};
   out.point = center + outward * radius;
   out.normal = outward;
@@ -90,15 +90,15 @@ inline EmissionPoint8 ball_emission_point(const V8& center, F8 radius, M8 lanes,
   return out;
 }
 
-/// Irradiance of a ball of uniform intensity on a surface with unit normal n, without occlusion.
-inline Vec3d ball_irradiance(const Vec3d& intensity, const Vec3d& to_center, double radius, const Vec3d& n) {
+/// Irradiance of a sphere of uniform intensity on a surface with unit normal n, without occlusion.
+inline Vec3d sphere_irradiance(const Vec3d& intensity, const Vec3d& to_center, double radius, const Vec3d& n) {
   return glm::length(to_center) > radius
              ? intensity * (sphere_irradiance(to_center, radius, n) / (kPiDouble * radius * radius))
              : Vec3d(0);
 }
 
 /// Bounds of a point with this radius.
-inline LightBounds ball_bounds(LightBounds point, double radius) {
+inline LightBounds sphere_bounds(LightBounds point, double radius) {
   point.low -= radius;
   point.high += radius;
   return point;
