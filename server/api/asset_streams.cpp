@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 20;
 constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 
-/// Receives one asset. gRPC calls it with one event at a time. A thread for the disk handles the event, and asks for the
-/// next one. Deletes itself.
+/// Receives one asset. gRPC calls it with one event at a time. A thread for the disk handles the event, and asks for
+/// the next one. Deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
   UploadStream(AssetStore& assets, SideThreads& threads, Call call, Traffic& traffic)

@@ -9,11 +9,11 @@
 namespace lightmill {
 namespace {
 
-/// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases only as many as
-/// it can take the results of within this time. Else thousands of workers would send theirs at once.
+/// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases only as many
+/// units as it can receive results for within this time. Otherwise thousands of workers would send theirs at once.
 constexpr double kTriedSeconds = 0.5;
-/// Most units of a job that a worker may hold: this factor times the pixel samples that it delivered in the last minute. If units
-/// take longer than a quarter of a minute: this number of units.
+/// Limit of the pixel samples of a job that a worker may hold: kRecentWork times those that it delivered in the last
+/// minute. If its units take longer than half a minute, the limit is kUnitsHeld units.
 constexpr double kRecentWork = 2, kUnitsHeld = 4;
 
 double pixels_of_a_tile(const Job& job) {

@@ -61,7 +61,8 @@ Status check_request(const MeshRequest& request);
 /// The size of all arrays that are asked for, at most.
 std::uint64_t size_bytes(const MeshRequest& request);
 
-/// Decodes the bytes of a compressed mesh. The arrays are as requested, or there is an error. Errors do not name the mesh.
+/// Decodes the bytes of a compressed mesh. The arrays are as requested, or there is an error. Errors do not name the
+/// mesh.
 using MeshDecoder = std::function<Result<DecodedMesh>(ByteView bytes, const MeshRequest& request)>;
 
 }  // namespace lightmill

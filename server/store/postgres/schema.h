@@ -111,7 +111,7 @@ CREATE TABLE job_progress (
   checksum BIGINT NOT NULL
 ) WITH (fillfactor = 50);
 
--- Films. A row is a node of a tile's forest. `hash` is row_hash_of(node), 16 bytes, high word first. Nodes are short-lived.
+-- Films. A row is a node of a tile's forest. `hash` is row_hash_of(node), 16 bytes, high word first.
 CREATE TABLE nodes (
   job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
   tile BIGINT NOT NULL,
