@@ -135,7 +135,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     spdlog::error("asset {} was damaged in the store and is deleted: the next job with the same file uploads it again",
                   digest_.hex());
     runtime_.assets().forget(*reader_);
-    runtime_.check_assets_beside(digest_);
+    runtime_.check_assets_of_same_jobs(digest_);
     return unavailable("asset {} was damaged in the farm's store: submit a job with the same file again",
                        digest_.hex());
   }

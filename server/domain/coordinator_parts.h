@@ -1,4 +1,4 @@
-// Parts of the coordinator, how they are wired, and its time. Private to server/domain.
+// Parts of the coordinator, their wiring, and its time. Private to server/domain.
 #pragma once
 
 #include "server/domain/coordinator.h"

@@ -1,4 +1,4 @@
-// Loads the coordinator's state from the tables that all databases share.
+// Loader of the coordinator's state, from the tables that all databases share.
 #pragma once
 
 #include "server/store/records.h"

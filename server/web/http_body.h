@@ -1,4 +1,4 @@
-// Reading of request bodies: what all readers share.
+// Helpers that all readers of HTTP request bodies share.
 #pragma once
 
 #include <boost/beast/core/flat_buffer.hpp>
