@@ -100,13 +100,13 @@ Status check_access(const ServerOptions& options, const HostPort& listen) {
   }
   if (options.tls.given()) {
     if (options.insecure) {
-      return invalid_argument("--insecure and {} do not go together", kCertificateOption);
+      return invalid_argument("--insecure and {} cannot be combined", kCertificateOption);
     }
     LM_ASSIGN_OR_RETURN(const TlsTexts texts, read_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
     return with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate));
   }
   if (options.insecure && options.authenticate) {
-    return invalid_argument("--insecure and --authenticate do not go together: others could read the tokens");
+    return invalid_argument("--insecure and --authenticate cannot be combined: others could read the tokens");
   }
   if (!is_loopback(listen.host) && !options.insecure) {
     return failed_precondition(
@@ -241,7 +241,7 @@ void add_keeping_options(CLI::App& app, ServerOptions& options) {
             "ended jobs are deleted after this time; 0: never");
   add_limit(
       app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
-      "free space on the disk of --data below which the coordinator accepts no job or asset, and gives out no work. Jobs "
+      "free space on the disk of --data below which the coordinator accepts no job or asset, and leases no work. Jobs "
       "say so, and resume by themselves");
   add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
             "limit of the farm's log (`lightmill log`): N changes, and a quarter of N for refusals and for connecting "

@@ -55,9 +55,9 @@ void Scheduler::hold(const std::string& why, const Event& event) {
     return;
   }
   if (why.empty()) {
-    event.info({}, "work is handed out again");
+    event.info({}, "leasing resumes");
   } else if (held_.empty()) {
-    event.warn({}, "no work is handed out: {}", why);
+    event.warn({}, "leasing is stopped: {}", why);
   }
   held_ = why;
   for (const auto& [id, job] : jobs_.all()) {

@@ -212,7 +212,7 @@ class PbrtReader {
     return ok_status();
   }
   Status job_setting(PbrtTokens& tokens, const SourcePlace& place) {
-    world_.notices().left_out("Sampler, Integrator and Accelerator: the job has its samples and method");
+    world_.notices().left_out("Sampler, Integrator and Accelerator (the job's samples and method are used)");
     return entity(tokens, place, "a type").status();
   }
   Status option(PbrtTokens& tokens, const SourcePlace&) {
