@@ -199,10 +199,10 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
 
 /// Limits of films and assets.
 void add_size_limits(CLI::App& app, ServerOptions& options) {
-  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
+  add_limit(app, "--film-gib", options.job_film_gib, "GIB", {0.001, 1024.0},
             "memory per job for nodes that are being rendered or wait to be joined")
       ->default_str("1, or a sixteenth of the memory that the coordinator may use");
-  add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
+  add_limit(app, "--films-gib", options.all_films_gib, "GIB", {0.001, 65536.0},
             "memory of all films. Jobs whose films exceed it are refused. The rest keeps recently used films of "
             "ended jobs")
       ->default_str("half of the memory that the coordinator may use");
