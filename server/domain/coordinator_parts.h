@@ -22,7 +22,7 @@ struct Coordinator::Parts {
         quarantined(std::move(stored.quarantine)),
         audits(limits, stored.secret, now, workers, quarantined, leases, provenance, totals) {}
 
-  /// Event of a call that brings both times. Detects that the coordinator stood still.
+  /// Event of a call that brings both times. Detects that the coordinator was stopped.
   Event at(Time now, std::int64_t unix_ms, Effects& effects);
   Event at(Time now, Effects& effects) const { return {now, unix_ms(now), effects}; }
   std::int64_t unix_ms(Time now) const;

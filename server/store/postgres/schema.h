@@ -178,7 +178,8 @@ CREATE TABLE audit_secret (
   checksum BYTEA NOT NULL -- SHA-256 of it
 );
 INSERT INTO audit_secret SELECT drawn, sha256(drawn) FROM (
-  SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'))) AS d (drawn);
+  SELECT sha256(convert_to(
+    gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'))) AS d (drawn);
 )sql";
 
 }  // namespace lightmill::postgres
