@@ -39,8 +39,8 @@ CoordinatorLimits limits_of(const ServerOptions& options) {
   limits.restart_grace = from_seconds(options.return_seconds);
   limits.unit_seconds = options.unit_seconds;
   limits.result_bytes_per_second = options.results_mib * 1024 * 1024;
-  limits.film_bytes_per_job = bytes_of_gib(options.film_gib);
-  limits.film_bytes = bytes_of_gib(options.films_gib);
+  limits.film_bytes_per_job = bytes_of_gib(options.job_film_gib);
+  limits.film_bytes = bytes_of_gib(options.all_films_gib);
   limits.scene_bytes = bytes_of_gib(share_of_memory_gib(1.0 / 8, 4));
   limits.max_jobs = options.max_jobs;
   limits.max_jobs_per_owner = options.user_jobs;

@@ -100,13 +100,13 @@ Status check_access(const ServerOptions& options, const HostPort& listen) {
   }
   if (options.tls.given()) {
     if (options.insecure) {
-      return invalid_argument("--insecure and {} do not go together", kCertificateOption);
+      return invalid_argument("--insecure and {} cannot be combined", kCertificateOption);
     }
     LM_ASSIGN_OR_RETURN(const TlsTexts texts, read_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
     return with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate));
   }
   if (options.insecure && options.authenticate) {
-    return invalid_argument("--insecure and --authenticate do not go together: others could read the tokens");
+    return invalid_argument("--insecure and --authenticate cannot be combined: others could read the tokens");
   }
   if (!is_loopback(listen.host) && !options.insecure) {
     return failed_precondition(
@@ -199,10 +199,10 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
 
 /// Limits of films and assets.
 void add_size_limits(CLI::App& app, ServerOptions& options) {
-  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
+  add_limit(app, "--film-gib", options.job_film_gib, "GIB", {0.001, 1024.0},
             "memory per job for nodes that are being rendered or wait to be joined")
       ->default_str("1, or a sixteenth of the memory that the coordinator may use");
-  add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
+  add_limit(app, "--films-gib", options.all_films_gib, "GIB", {0.001, 65536.0},
             "memory of all films. Jobs whose films exceed it are refused. The rest keeps recently used films of "
             "ended jobs")
       ->default_str("half of the memory that the coordinator may use");
@@ -241,7 +241,7 @@ void add_keeping_options(CLI::App& app, ServerOptions& options) {
             "ended jobs are deleted after this time; 0: never");
   add_limit(
       app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
-      "free space on the disk of --data below which the coordinator accepts no job or asset, and gives out no work. Jobs "
+      "free space on the disk of --data below which the coordinator accepts no job or asset, and leases no work. Jobs "
       "say so, and resume by themselves");
   add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
             "limit of the farm's log (`lightmill log`): N changes, and a quarter of N for refusals and for connecting "

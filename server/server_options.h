@@ -33,8 +33,8 @@ struct ServerOptions {
   double heartbeat_seconds = 2;
   double return_seconds = 2;
   double unit_seconds = 1, tile_cpu_seconds = 600, results_mib = 192;
-  double film_gib = share_of_memory_gib(1.0 / 16, 1);
-  double films_gib = share_of_memory_gib(0.5, 65536);
+  double job_film_gib = share_of_memory_gib(1.0 / 16, 1);
+  double all_films_gib = share_of_memory_gib(0.5, 65536);
   double max_assets_gib = 64;
   double max_asset_gib = 2;
   double user_disk_gib = 0;  ///< 0: the default

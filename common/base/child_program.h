@@ -1,4 +1,4 @@
-// Start of a program of Lightmill that works on untrusted files.
+// Launcher of Lightmill programs that read untrusted files.
 #pragma once
 
 #include <sys/types.h>

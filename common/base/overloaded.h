@@ -1,5 +1,5 @@
-// A visitor of variants with a lambda for each alternative, or for several. A new alternative does not compile before
-// one takes it.
+// A visitor of variants with a lambda for each alternative, or for several. A variant alternative without a matching
+// lambda is a compile error.
 //
 //   std::visit(Overloaded{[](const A&) {}, [](const OneOf<B, C> auto&) {}}, value);
 #pragma once

@@ -52,7 +52,7 @@ std::string conversion_text(const CLI::App& read, const std::string& text) {
 std::string pair_text(const CLI::ParseError& error, const std::string& text) {
   if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
     if (const auto names = parts_of(text, " excludes ")) {
-      return fmt::format("{} and {} do not go together", names->first, names->second);
+      return fmt::format("{} and {} cannot be combined", names->first, names->second);
     }
   }
   if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr) {

@@ -27,7 +27,7 @@ struct RenderSettings {
   std::uint32_t meters = 0;                    ///< number of the scene's meters
   std::uint64_t seed = 0;
   std::string method = "path";
-  std::uint32_t max_bounces = 0;  ///< for `path`, `caustic` and `whitted`; 0: the method's own limit
+  std::uint32_t max_bounces = 0;  ///< only for methods with method_bounces(); 0: the method's own limit
   std::string renderer_version;   ///< of the program that takes the request; see kRendererVersion
 };
 
@@ -94,7 +94,8 @@ inline constexpr double kAuditShare = 0.01;
 struct JobSpec {
   std::string request_id;  ///< two submissions with one id are one job
   std::string name;
-  std::string owner;                 ///< user name as the client gives it
+  /// User name from the client; the authenticated caller's name, if callers authenticate.
+  std::string owner;
   std::string host;                  ///< host of the client
   JobId parent;                      ///< 0: none
   std::int32_t priority = 0;         ///< higher goes first

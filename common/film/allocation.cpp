@@ -72,8 +72,8 @@ double inefficiency(std::span<const TileNoise> tiles, std::span<const std::int8_
 Result<Allocation> Allocation::of(std::vector<std::int8_t> shifts) {
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     if (shifts[i] < kMinShift || shifts[i] > kMaxShift) {
-      return invalid_argument("allocation: tile {} has shift {}, which must be from {} to {}", i, shifts[i],
-                              kMinShift, kMaxShift);
+      return invalid_argument("allocation: tile {} has shift {}, which must be from {} to {}", i, shifts[i], kMinShift,
+                              kMaxShift);
     }
   }
   Allocation out;
@@ -84,12 +84,12 @@ Result<Allocation> Allocation::of(std::vector<std::int8_t> shifts) {
   return out;
 }
 
-Gain allocate(std::span<const TileNoise> tiles, double shared_cost) {
+AllocationResult allocate(std::span<const TileNoise> tiles, double shared_cost) {
   constexpr double kMinGain = 1.02;
   for (const TileNoise& tile : tiles) {
     LM_CHECK(tile.pixels > 0 && tile.variance >= 0 && tile.cost >= 0);
   }
-  Gain best;
+  AllocationResult best;
   if (std::ranges::none_of(tiles, [](const TileNoise& tile) { return tile.variance > 0; })) {
     return best;
   }

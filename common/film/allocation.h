@@ -60,7 +60,7 @@ struct TileNoise {
 };
 
 /// An allocation, and its gain for a frame with the same mean sample count.
-struct Gain {
+struct AllocationResult {
   Allocation allocation;
   double gain = 1;  ///< relMSE × cost of equal shares, over that of this allocation
 };
@@ -71,6 +71,6 @@ struct Gain {
 ///
 /// The model of a tile's error: half with twice the samples, four times with half of them. Returns equal shares where
 /// nothing is gained.
-Gain allocate(std::span<const TileNoise> tiles, double shared_cost);
+AllocationResult allocate(std::span<const TileNoise> tiles, double shared_cost);
 
 }  // namespace lightmill

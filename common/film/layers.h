@@ -28,7 +28,7 @@ inline constexpr std::size_t kMaxLightGroupName = 64;  ///< bytes
 
 enum class LayerKind {
   summed,         ///< sums over all samples, per half
-  first_mean,     ///< sums over the first samples
+  first_mean,     ///< means over the first samples; nodes hold the sums
   first_nearest,  ///< the smallest positive value of the first samples; 0 if none
   first_samples,  ///< the first samples, in order
 };

@@ -15,8 +15,8 @@ namespace lightmill {
 ///
 /// `values[(half * channels + channel) * pixels + pixel]`, with pixels row by row in the tile's rectangle. Half 0 (A)
 /// sums even sample indices, half 1 (B) odd ones. Each sum is a binary tree over ascending indices (pairwise summation
-/// in float32), so a node has the bits of its joined children. Values are at most largest_value() and never −0. Layers that are not
-/// summed follow, if any (see NodeLayout).
+/// in float32), so a node has the bits of its joined children. Values are at most largest_value() and never −0. Layers
+/// that are not summed follow, if any (see NodeLayout).
 struct Node {
   SampleRange range;
   std::vector<float> values;

@@ -21,7 +21,7 @@ Result<Image> decode_exr(ByteView bytes);
 /// then the chunks of lines in order, and nothing else. Compressed data is not compared.
 Status check_exr_form(ByteView bytes, Image image);
 
-// ---- the header, without OpenEXR, which allocates whatever size an attribute states, up to 2 GiB ----
+// ---- header checks without OpenEXR, because OpenEXR allocates the size that an attribute states, up to 2 GiB ----
 
 /// Checks the first bytes.
 bool is_exr(ByteView bytes);

@@ -79,8 +79,8 @@ std::vector<float> smoothed_standard_error(const FilmPicture& picture);
 inline constexpr const char* kFileChecksum = "lightmill.fileChecksum";
 
 /// SHA-256, as hex, over the windows, the channels by name and the attributes by name, without the checksum itself and
-/// OpenEXR's own attributes. It detects damage, not malice: a forger can also change the checksum. Against forgers,
-/// parts of the picture are rendered again.
+/// OpenEXR's own attributes. It detects damage. A forger can also change the checksum. To detect forgery, parts of the
+/// picture must be rendered again.
 std::string file_checksum(const Image& image);
 
 /// The picture as an EXR image, and back. Missing parts stay empty or zero. from_image fails if a channel of the film

@@ -1,4 +1,4 @@
-// Size of an image and what is ignored of it, read from the file's header.
+// Size of an image, and the header properties that readers ignore.
 #pragma once
 
 #include <cstdint>

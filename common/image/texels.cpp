@@ -18,8 +18,9 @@ Status check_finite(const Texels& texels) {
 Status check_pixels(int width, int height, std::int64_t max_pixels) {
   return std::int64_t{width} * height <= max_pixels
              ? ok_status()
-             : resource_exhausted("{}x{} pixels are more than --image-megapixels {:.4g} of the worker allows", width,
-                                  height, static_cast<double>(max_pixels) / (1 << 20));
+             : resource_exhausted(
+                   "{}x{} pixels are more than the worker's limit of {:.4g} megapixels (--image-megapixels)", width,
+                   height, static_cast<double>(max_pixels) / (1 << 20));
 }
 
 }  // namespace lightmill

@@ -30,8 +30,8 @@ struct EmissiveFacet {
   static constexpr std::uint32_t kAlone = 0xffffffff;
 };
 
-/// Facets are sampled uniformly by area. Triangles so near that solid angle per area varies much are sampled uniformly
-/// by solid angle.
+/// Facets are sampled uniformly by area. Triangles near the point, whose solid angle per area varies much, are sampled
+/// uniformly by solid angle.
 class FacetLights {
  public:
   /// The textures that facets refer to. Call it before `add`.

@@ -20,9 +20,9 @@ inline constexpr std::size_t kMaxLightsTogether = 4;
 ///   p = (1 − λ) bound / Σ bounds + λ / n,   λ = kUniformShare
 ///
 /// among the n entries whose bound is not zero. Bounds ignore occlusion, so most of the light may come from an entry
-/// with a small bound. The second term limits the variance that this causes. Let entries be single lights, and let the
-/// light of a point come from entries with a share s of all bounds. Then the relative variance of the choice is at most
-/// min(n / λ, 1 / ((1 − λ) s)) − 1.
+/// with a small bound. The second term limits the variance that this causes.
+/// Example with one light per entry: if the lights that reach a point have the share s of all bounds, the relative
+/// variance of the choice is at most min(n / λ, 1 / ((1 − λ) s)) − 1.
 class LightChoice {
  public:
   static constexpr std::size_t kMaxEntries = 16;

@@ -97,7 +97,7 @@ V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& dire
   const F8 cos_signed = dot(direction, from.normal);
   const F8 cosine = max(select(from.two_sided, abs(cos_signed), cos_signed), F8(0.0f));
   // Radiance I/(π r²), times the cosine and the area 4π r².
-  const F8 of_ball = select(from.surface, F8(4.0f) * cosine, F8(1.0f));
+  const F8 of_sphere = select(from.surface, F8(4.0f) * cosine, F8(1.0f));
   V8 out{};
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
     V8 here{};
@@ -112,10 +112,10 @@ V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& dire
         here = table_->disks.radiance(index, cosine, of_kind) * (cosine * from.area);
         break;
       case LightKind::point:
-        here = table_->points.intensity(index, of_kind) * of_ball;
+        here = table_->points.intensity(index, of_kind) * of_sphere;
         break;
       case LightKind::spot:
-        here = table_->spots.intensity(direction, index, of_kind) * of_ball;
+        here = table_->spots.intensity(direction, index, of_kind) * of_sphere;
         break;
       case LightKind::cosine_power:
         here = table_->cosine_powers.intensity(direction, index, of_kind);

@@ -19,13 +19,13 @@ namespace lightmill {
 ///   - Distant lights: a direction, and a position on the target's projection along it.
 /// Densities are those of the mixture over all targets, so overlapping targets count once.
 ///
-/// An infinite target lies in all directions. For distant light it is only the projection of the scene's sphere.
-/// Distant light that infinite planes reflect to the view from outside this projection is missed.
+/// An infinite target lies in all directions. For distant light it is only the projection of the scene's sphere. So
+/// distant light is missed where it hits an infinite plane outside this projection.
 class PhotonEmission {
  public:
   /// `lights` must outlive this object. `scene`: a sphere around all bounded shapes and the camera. `planes`: all
-  /// infinite planes. Distant light starts behind them. `unsampled`: an environment that the table does not sample
-  /// emits, too.
+  /// infinite planes. Distant light starts behind them. `unsampled`: whether an environment that the table does not
+  /// sample also emits photons.
   PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
                  std::span<const InfinitePlane> planes, const BoundingSphere& scene, bool unsampled = true);
 

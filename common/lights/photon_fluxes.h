@@ -16,7 +16,8 @@ struct PhotonFluxes {
 
 /// Estimates by a few points and directions of each light, the same for all. An estimate is at least a sixteenth of the
 /// flux from an isotropic light of the same power. It is 0 if the light provably sends nothing. Estimates of distant
-/// lights are exact. `targets`: those of `aim`. `unsampled`: an environment that the table does not sample counts, too.
+/// lights are exact. `targets`: those of `aim`. `unsampled`: whether an environment that the table does not sample also
+/// emits photons.
 PhotonFluxes estimate_fluxes(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim,
                              bool unsampled);
 

@@ -78,8 +78,8 @@ struct SphereEntry8 {
   }
 };
 
-/// The point of spheres with this outward unit normal. Its `area` is that of the whole sphere. Of points only the position
-/// has a meaning.
+/// The point of spheres with this outward unit normal. Its `area` is that of the whole sphere. For point lights only
+/// the position has a meaning.
 inline EmissionPoint8 sphere_emission_point(const V8& center, F8 radius, M8 lanes, const V8& outward) {
   EmissionPoint8 out{};
   out.point = center + outward * radius;

@@ -15,7 +15,7 @@
 namespace lightmill {
 
 inline constexpr std::uint32_t kNoGeometry = 0xffffffff;
-/// Surfaces or boundaries in a row that do not stop a ray. More are endless copies.
+/// Limit of surfaces or boundaries that one ray passes in a row. The ray stops at the next one.
 inline constexpr std::uint32_t kMaxPassed = 1000;
 
 /// The decision of a path's segment to vertex v. The numbers lie between connection_decision and kLensDecision

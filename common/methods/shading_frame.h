@@ -1,21 +1,18 @@
 // Local frames of surfaces, in which methods evaluate BSDFs, and the rules for normals of normal maps and bump maps.
 //
-// Such a mapped normal N differs from the geometric one, G, by up to 87 degrees. Then some directions on the right side
-// of G are behind N, and BSDFs scatter into directions behind G. Both would be black. The rules below keep the light:
-//   - Light leaves to `wo`. If wo is behind N, the BSDF gets its mirror image about the plane of N. So radiance is
-//     continuous there, and diffuse surfaces look the same from everywhere.
-//   - Light that the BSDF takes from `wi` behind G comes from the mirror image of wi about the plane of G: a facet
-//     stands on a mirror. So a sampled direction is never lost, and eval is a sum over both images of a direction.
-// The albedo is that of the BSDF: at most 1, and 1 for a white diffuse surface or mirror. N depends on no direction. So
-// light paths and camera paths use the same frame and the same densities, and vcm's weights sum to 1.
+// A mapped normal N differs from the geometric normal G by up to 87 degrees. Directions on the right side of G may be
+// behind N, and BSDFs may scatter to directions behind G. Both would be black. Two rules keep the light:
+//   - If `wo` is behind N, the BSDF gets its mirror image about the plane of N. So radiance is continuous there.
+//   - Light that the BSDF takes from `wi` behind G comes from the mirror image of wi about the plane of G. So no
+//     sampled direction is lost, and eval is a sum over both images of a direction.
+// The albedo is that of the BSDF, so it is at most 1. N depends on no direction, so light paths and camera paths use
+// the same frame and the same densities, and vcm's weights sum to 1.
 //
-// Two published rules were compared. Microfacet-based normal mapping (Schüssler, Heitz, Hanika and Dachsbacher 2017) is
-// reciprocal, but its second facet fills the shadows. A diffuse surface tilted by θ gets cos α cos θ from a light at α
-// to G, on either side. So maps of diffuse surfaces do not show in the sun. Cycles' ensure_valid_specular_reflection
-// tilts N by wo until no mirror direction is behind G. Then light paths have other frames than camera paths, and cannot
-// invert mirrors.
+// Two published rules are not used. With microfacet-based normal mapping (Schüssler, Heitz, Hanika and Dachsbacher
+// 2017), maps of diffuse surfaces do not show in the sun. Cycles' ensure_valid_specular_reflection tilts N by wo, so
+// light paths would have other frames than camera paths.
 //
-// The BSDF is not reciprocal. Light paths scatter by its adjoint (Veach 1997, 5.3), see photon_tracer.cpp.
+// The BSDF is not reciprocal. Light paths scatter by its adjoint (Veach 1997, 5.3), see photon_tracer.h.
 #pragma once
 
 #include "common/scene/compiled/compiled_scene.h"

@@ -70,8 +70,8 @@ float sum_of(F8 values) {
 /// Radiance of the arriving light in one direction, blurred by the lobe.
 ///
 /// A lobe of GGX with a small alpha scatters light from the angle δ off its mirror direction. Half vectors are then δ/2
-/// off the normal, and the density per solid angle is K(δ) = (1 + tan²(δ/2)/alpha²)^−2 / (4π alpha²). Paths meet all
-/// mirror directions alike, so their mean radiance, weighted with itself, is blurred by K twice. That is a blur with
+/// off the normal, and the density per solid angle is K(δ) = (1 + tan²(δ/2)/alpha²)^−2 / (4π alpha²). All mirror
+/// directions are equally likely, so their radiance-weighted mean radiance is blurred by K twice. That is a blur with
 /// √3 alpha: its peak is ∫ K² = 1/(12π alpha²), and its integral 1.
 Vec3 blurred(const Arriving& light, const Vec3& direction, float alpha) {
   const float wide2 = 3 * alpha * alpha;

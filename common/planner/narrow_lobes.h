@@ -10,8 +10,8 @@ namespace lightmill {
 /// caustics of such a surface (tests/atlas).
 inline constexpr double kNarrowAlpha = 3e-3;
 
-/// Share of a material's scattered light in narrow lobes. For Phong's gloss, alpha² = 2/(exponent + 2). A roughness map may
-/// make lobes narrow in places. This is assumed for casters, and ignored for others.
+/// Share of a material's scattered light in narrow lobes. For Phong's gloss, alpha² = 2/(exponent + 2). A roughness map
+/// may make lobes narrow in places. This is assumed for casters, and ignored for others.
 enum class NarrowLobes {
   none,
   some,  ///< some lobes

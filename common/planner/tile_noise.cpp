@@ -11,7 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kNoisePatchSide = 2;        ///< pixels
-constexpr int kMinCellSide = 8;         ///< pixels; so that no edge lies between patches
+constexpr int kMinCellSide = 8;           ///< pixels; so that no edge lies between patches
 constexpr std::uint32_t kNoiseLevel = 4;  ///< log2 of the samples
 /// After the first points of a sequence, where most samples of an adaptive job are.
 constexpr std::uint32_t kFirst = 64;
@@ -82,8 +82,8 @@ std::vector<PixelRect> noise_patches(const PixelRect& tile, int cell_side) {
   return patches;
 }
 
-Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, const TileNoiseSettings& settings,
-                             const std::stop_token& stop) {
+Result<AllocationResult> find_allocation(const std::shared_ptr<const CompiledScene>& scene,
+                                         const TileNoiseSettings& settings, const std::stop_token& stop) {
   LM_ASSIGN_OR_RETURN(const MethodSpec spec, parse_method(settings.method));
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method,
                       make_method(scene, {settings.method, settings.seed ^ kNoiseSeed, settings.max_bounces}));
@@ -120,24 +120,24 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
     noise.push_back({static_cast<double>(grid.tile_rect(TileId{tile}).pixel_count()), region.variance / region.pixels,
                      region.cost / region.pixels});
   }
-  Gain gain = allocate(noise, shared_cost);
-  if (!gain.allocation.even()) {
-    std::vector<std::int8_t> shifts(gain.allocation.shifts().begin(), gain.allocation.shifts().end());
+  AllocationResult result = allocate(noise, shared_cost);
+  if (!result.allocation.even()) {
+    std::vector<std::int8_t> shifts(result.allocation.shifts().begin(), result.allocation.shifts().end());
     shifts.resize(settings.grid.tile_count(), 0);
-    LM_ASSIGN_OR_RETURN(gain.allocation, Allocation::of(std::move(shifts)));
+    LM_ASSIGN_OR_RETURN(result.allocation, Allocation::of(std::move(shifts)));
   }
-  return gain;
+  return result;
 }
 
-std::string describe(const Gain& gain) {
-  if (gain.allocation.even()) {
+std::string describe(const AllocationResult& result) {
+  if (result.allocation.even()) {
     return "all tiles get the same number of samples: a pilot found little gain from more samples for noisy tiles";
   }
-  const auto [least, most] = std::ranges::minmax(gain.allocation.shifts());
+  const auto [least, most] = std::ranges::minmax(result.allocation.shifts());
   return fmt::format(
       "tiles get {:g} to {:g} times the mean number of samples, by their noise: a pilot predicts {:.3g} times less "
       "work for equal error",
-      std::ldexp(1.0, least), std::ldexp(1.0, most), gain.gain);
+      std::ldexp(1.0, least), std::ldexp(1.0, most), result.gain);
 }
 
 }  // namespace lightmill

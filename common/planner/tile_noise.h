@@ -27,8 +27,8 @@ struct TileNoiseSettings {
 ///
 /// Renders on the calling thread. A pure function of its arguments. Meters' tiles keep the mean count. INVALID_ARGUMENT
 /// if the method cannot be made. CANCELLED if stopped, which is checked between bounces.
-Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, const TileNoiseSettings& settings,
-                             const std::stop_token& stop = {});
+Result<AllocationResult> find_allocation(const std::shared_ptr<const CompiledScene>& scene,
+                                         const TileNoiseSettings& settings, const std::stop_token& stop = {});
 
 /// 8 pixels, so that no edge lies between patches. For a large film, the smallest power of two at which all patches
 /// have at most `most_pixels`.
@@ -37,6 +37,6 @@ int noise_cell_side(const PixelRect& film, std::int64_t most_pixels);
 std::vector<PixelRect> noise_patches(const PixelRect& tile, int cell_side);
 
 /// The result in words.
-std::string describe(const Gain& gain);
+std::string describe(const AllocationResult& result);
 
 }  // namespace lightmill

@@ -22,8 +22,8 @@ Sha256 add_image(std::string bytes, ImageAsset image, LoadedScene& loaded);
 Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::path& path, ImageAsset image,
                               LoadedScene& loaded);
 
-/// Adds an object whose mesh is among the assets. An error says what the scene has too many of. Files may name a mesh in
-/// many places, so few bytes can make many objects.
+/// Adds an object whose mesh is among the assets. An error names the limit that the scene exceeds. Files may name a
+/// mesh in many places, so few bytes can make many objects.
 Status add_object(Object object, LoadedScene& loaded);
 
 /// Reads an OBJ file of at most 4 GiB.

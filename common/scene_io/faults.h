@@ -16,9 +16,9 @@ class Faults {
  public:
   static constexpr std::size_t kMaxKinds = 100;  ///< that are named
 
-  /// `fault` begins with its place: "box.obj:12: …". `answer` says what is done instead, in lower case: "the face is skipped". Both
-  /// may contain any bytes.
-  void add(std::string_view kind, std::string_view fault, std::string_view answer);
+  /// `fault` begins with its place: "box.obj:12: …". `remedy` says what is done instead, in lower case: "the face is
+  /// skipped". Both may contain any bytes.
+  void add(std::string_view kind, std::string_view fault, std::string_view remedy);
 
   bool empty() const { return kinds_.empty(); }
   /// Whether the text of another fault of this kind would be used: it is the first, and not too many kinds are named.
@@ -30,7 +30,7 @@ class Faults {
 
  private:
   struct Kind {
-    std::string fault, answer;
+    std::string fault, remedy;
     std::size_t others = 0;
   };
   std::vector<Kind> kinds_;

@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{4} << 30;
 constexpr std::string_view kExpected =
-    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba scene "
-    "(.xml) or a .blend file is expected";
+    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba "
+    "scene (.xml) or a .blend file is expected";
 
 bool is_gltf(const fs::path& path) {
   return lower_ending(path) == ".gltf" || lower_ending(path) == ".glb";
@@ -72,9 +72,10 @@ Result<LoadedScene> load_files(const std::vector<fs::path>& paths, const LoadOpt
   }
   const bool add_sky_if_unlit = options.sky == SkyChoice::automatic;
   const auto read = [&](std::string bytes, const std::string& name, FileSource named) {
-    return read_gltf(std::move(bytes), name,
-                     {.moment = options.moment, .add_sky_if_unlit = add_sky_if_unlit, .decode_mesh = options.decode_mesh},
-                     std::move(named));
+    return read_gltf(
+        std::move(bytes), name,
+        {.moment = options.moment, .add_sky_if_unlit = add_sky_if_unlit, .decode_mesh = options.decode_mesh},
+        std::move(named));
   };
   return is_gltf(paths[0]) ? load_with(read, paths[0], kMaxFileBytes, files)
                            : load_objs(paths, options.ka, add_sky_if_unlit, files);
@@ -159,8 +160,8 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
       std::all_of(files.begin(), files.end(), [](const fs::path& file) { return lower_ending(file) == ".obj"; });
   if (files.size() > 1 && !all_objs) {
     return invalid_argument(
-        "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got {} files that are not all "
-        ".obj",
+        "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got {} "
+        "files that are not all .obj",
         files.size());
   }
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, load_files(files, options));

@@ -76,7 +76,7 @@ bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
          (a.maps.empty() || fs::path(a.file).parent_path() == fs::path(b.file).parent_path());
 }
 
-/// Loads the libraries of a file. The first of several materials with one name counts.
+/// Loads the libraries of a file. The first of several materials with one name is used.
 Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, FileFinder& finder, LoadedScene& loaded) {
   std::set<fs::path> read;
   for (const ObjLibrary& library : file.obj.libraries) {

@@ -15,11 +15,11 @@ Status use_automatic_camera(LoadedScene& loaded);
 /// Adds a uniform white sky of radiance 1.
 void add_sky(LoadedScene& loaded);
 
-/// Gives the scene of files without a camera the automatic one, or the view into the course's Cornell box if its bounds
-/// are that box. Another view than this is a notice.
+/// Gives a scene without a camera the automatic one, with a notice. If its bounds are those of the Cornell box, it gets
+/// the usual view into the box instead.
 void add_missing_camera(LoadedScene& loaded);
 
-/// Adds a sky, with a notice, unless something lights the scene (is_lit). The course's Cornell box only needs to emit.
+/// Adds a sky, with a notice, unless something lights the scene (is_lit). The Cornell box only needs an emitter.
 void add_missing_light(LoadedScene& loaded);
 
 }  // namespace lightmill

@@ -275,7 +275,7 @@ class Mapper {
     return {texture(keyword, TextureImage::ColorSpace::linear), channel};
   }
 
-  /// Of several maps, the first of these counts.
+  /// Of several maps, the first of these is used.
   void set_normals(Material& out) {
     const auto first =
         std::ranges::find_if(kNormalKeywords, [&](auto keyword) { return from_->map(keyword) != nullptr; });

@@ -56,7 +56,7 @@ class ObjReader {
   };
 
   void skip(std::string_view keyword, const Status& odd) {
-    const std::string_view answer = keyword == "f"        ? "the face is skipped"
+    const std::string_view remedy = keyword == "f"        ? "the face is skipped"
                                     : keyword == "v"      ? "the faces there are skipped"
                                     : keyword == "vn"     ? "it is ignored"
                                     : keyword == "vt"     ? "the coordinates count as (0, 0)"
@@ -65,7 +65,7 @@ class ObjReader {
     if (first_odd_.ok()) {
       first_odd_ = odd;
     }
-    faults_.add(fmt::format("obj {}", keyword.substr(0, 40)), message_of(odd), answer);
+    faults_.add(fmt::format("obj {}", keyword.substr(0, 40)), message_of(odd), remedy);
   }
 
   Status read_statement(const Statement& statement) {

@@ -9,8 +9,8 @@
 namespace lightmill {
 namespace {
 
-/// Most steps for one polygon: visits of a corner, and tests of a corner against a candidate ear. Outlines that need more
-/// would take too long. A star takes 500 for each of 16,000 corners, a comb 800.
+/// Most steps for one polygon: visits of a corner, and tests of a corner against a candidate ear. Outlines that need
+/// more would take too long. A star takes 500 for each of 16,000 corners, a comb 800.
 std::uint64_t most_steps(std::size_t corners) {
   return 100'000 + std::uint64_t{2'000} * corners;
 }

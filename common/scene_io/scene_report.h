@@ -1,4 +1,4 @@
-// A report on a scene before it is rendered: its contents, and what they mean for methods.
+// Report on a scene before it is rendered: its contents, and the planner's facts.
 #pragma once
 
 #include <map>

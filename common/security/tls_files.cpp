@@ -80,7 +80,7 @@ Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s) 
 Status check_secrecy(const std::string& file, std::string_view what) {
   struct stat info {};
   if (::stat(file.c_str(), &info) == 0 && (info.st_mode & S_IROTH) != 0) {
-    return failed_precondition("everybody on this machine can read {} in it: `chmod 600 {}`", what, file);
+    return failed_precondition("other users of this machine can read {} in it. Run `chmod 600 {}`", what, file);
   }
   return ok_status();
 }
@@ -89,7 +89,8 @@ Status check_names_hosts(const TlsTexts& texts) {
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, read_certificates(texts.certificate));
   return all.front().hosts.empty()
              ? invalid_argument(
-                   "the certificate of '{}' names no host, so clients cannot check it: make one with `lightmill certs server`",
+                   "the certificate of '{}' names no host, so clients cannot check it: make one with `lightmill certs "
+                   "server`",
                    all.front().name)
              : ok_status();
 }

@@ -16,7 +16,7 @@ void to_wire(const std::vector<Sha256>& tags, google::protobuf::RepeatedPtrField
 Result<std::vector<Sha256>> tags_from_wire(const google::protobuf::RepeatedPtrField<std::string>& tags,
                                            const Unit& unit) {
   if (static_cast<std::size_t>(tags.size()) != unit.tiles.size()) {
-    return invalid_argument("tags: {} of {} tiles", tags.size(), unit.tiles.size());
+    return invalid_argument("tags: one per tile is expected, got {} for {} tiles", tags.size(), unit.tiles.size());
   }
   std::vector<Sha256> out;
   out.reserve(unit.tiles.size());

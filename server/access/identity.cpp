@@ -28,8 +28,8 @@ Result<std::string> worker_name(const Identity& identity, std::string_view said)
   const bool slash = said.find('/') != std::string_view::npos;
   if (identity.is_known() && slash) {
     return invalid_argument(
-        "a worker's name has no slash, because the name of its certificate or token and a slash "
-        "come before it, got '{}'",
+        "a worker's name must not have a slash, got '{}'. The name of its certificate or token and a slash are put "
+        "before it",
         as_name(said));
   }
   std::string name =

@@ -65,8 +65,8 @@ Status check_job(const Identity& caller, const Rpc& rpc, std::string_view owner)
   return may(caller, right, owner)
              ? ok_status()
              : make_error(StatusCode::kPermissionDenied,
-                          "the job is somebody else's: {} may not {} of others. Roles that may: {}", describe(caller),
-                          permission_for(right).what, names_of(permission_for(right).roles));
+                          "the job belongs to another user: {} may not {} of others. Roles that may: {}",
+                          describe(caller), permission_for(right).what, names_of(permission_for(right).roles));
 }
 
 bool may_see_job(const Identity& caller, std::string_view owner) {

@@ -17,16 +17,16 @@ namespace lightmill {
 
 /// Kind of permission that a call needs.
 enum class Right {
-  submit,        ///< submit jobs
+  submit,         ///< submit jobs
   upload_assets,  ///< upload assets with jobs, or found in scene files by workers
-  see_job,       ///< read a job and its film
-  control_job,     ///< change a job's state, goal or priority
-  see_farm,      ///< read the state of the farm
-  control_farm,    ///< change the state of workers
-  fetch_assets,  ///< read the assets of jobs
-  work,          ///< render
-  administer,    ///< manage tokens and read the log
-  enrol          ///< get a worker's token
+  see_job,        ///< read a job and its film
+  control_job,    ///< change a job's state, goal or priority
+  see_farm,       ///< read the state of the farm
+  control_farm,   ///< change the state of workers
+  fetch_assets,   ///< read the assets of jobs
+  work,           ///< render
+  administer,     ///< manage tokens and read the log
+  enrol           ///< get a worker's token
 };
 
 /// Method of gRPC, and who may call it. server/operations has those of operations; streams are below.
@@ -75,8 +75,7 @@ bool may_see_job(const Identity& caller, std::string_view owner);
 /// The methods that the caller may call, for its own jobs (`own`) or for all jobs.
 std::vector<std::string_view> allowed_methods(std::span<const Rpc> rpcs, const Identity& caller, bool own);
 
-/// `methods` are those of the registered services, "SERVICE/METHOD". INTERNAL unless each is one of `rpcs`, and each of
-/// those a method.
+/// INTERNAL unless `rpcs` has exactly `methods`, the methods of the registered services ("SERVICE/METHOD").
 Status check_rpcs(std::span<const Rpc> rpcs, std::span<const std::string> methods);
 
 }  // namespace lightmill

@@ -50,10 +50,10 @@ SlotPool::Arrival SlotPool::acquire(Id id, const Holder& holder, Time now) {
   Arrival arrival;
   const auto own = shares_.find(holder);
   if (own != shares_.end() && own->second.ids.size() >= of_holder_ && of_holder_ < all_) {
-    arrival.evicted = longest_standing(own->second, now);
+    arrival.evicted = longest_stalled(own->second, now);
     arrival.answer = arrival.evicted ? Answer::acquired : Answer::holder_limit;
   } else if (entries_.size() >= all_) {
-    arrival.evicted = longest_standing(now);
+    arrival.evicted = longest_stalled(now);
     if (!arrival.evicted) {
       arrival.evicted = evict_for(holder);
     }
@@ -92,16 +92,16 @@ void SlotPool::release(Id id) {
 void SlotPool::set_stalled(Id id, Time now) {
   set_active(id);
   if (const auto found = entries_.find(id); found != entries_.end()) {
-    found->second.standing_since = now;
-    shares_.at(found->second.holder).standing.emplace(now, id);
+    found->second.stalled_since = now;
+    shares_.at(found->second.holder).stalled.emplace(now, id);
   }
 }
 
 void SlotPool::set_active(Id id) {
   const auto found = entries_.find(id);
-  if (found != entries_.end() && found->second.standing_since) {
-    shares_.at(found->second.holder).standing.erase({*found->second.standing_since, id});
-    found->second.standing_since.reset();
+  if (found != entries_.end() && found->second.stalled_since) {
+    shares_.at(found->second.holder).stalled.erase({*found->second.stalled_since, id});
+    found->second.stalled_since.reset();
   }
 }
 
@@ -128,17 +128,17 @@ std::optional<SlotPool::Id> SlotPool::evict_for(const Holder& holder) {
   return newest;
 }
 
-std::optional<SlotPool::Id> SlotPool::longest_standing(const Share& share, Time now) const {
-  return !share.standing.empty() && share.standing.begin()->first + kPatience <= now
-             ? std::optional(share.standing.begin()->second)
+std::optional<SlotPool::Id> SlotPool::longest_stalled(const Share& share, Time now) const {
+  return !share.stalled.empty() && share.stalled.begin()->first + kPatience <= now
+             ? std::optional(share.stalled.begin()->second)
              : std::nullopt;
 }
 
-std::optional<SlotPool::Id> SlotPool::longest_standing(Time now) const {
+std::optional<SlotPool::Id> SlotPool::longest_stalled(Time now) const {
   const auto longest = std::ranges::min_element(shares_, {}, [](const auto& entry) {
-    return entry.second.standing.empty() ? Time::max() : entry.second.standing.begin()->first;
+    return entry.second.stalled.empty() ? Time::max() : entry.second.stalled.begin()->first;
   });
-  return longest == shares_.end() ? std::nullopt : longest_standing(longest->second, now);
+  return longest == shares_.end() ? std::nullopt : longest_stalled(longest->second, now);
 }
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Slots that callers share. When all are taken, an idle caller or the one with most slots gives one up.
+// Slots that callers share. When all are taken, a stalled caller or the one with most slots gives one up.
 #pragma once
 
 #include <cstdint>
@@ -57,20 +57,20 @@ class SlotPool {
   bool holds(Id id) const { return entries_.contains(id); }
   std::size_t size() const { return entries_.size(); }
 
-  /// An idle caller gives way after this time.
+  /// A stalled caller gives way after this time.
   static constexpr Duration kPatience = std::chrono::seconds(10);
 
  private:
   struct Share {
-    std::set<Id> ids;                        ///< by age
-    std::set<std::pair<Time, Id>> standing;  ///< by the start of their idle time
+    std::set<Id> ids;                       ///< by age
+    std::set<std::pair<Time, Id>> stalled;  ///< by the time when they stalled
   };
   struct Entry {
     Holder holder;
-    std::optional<Time> standing_since;
+    std::optional<Time> stalled_since;
   };
-  std::optional<Id> longest_standing(const Share& share, Time now) const;
-  std::optional<Id> longest_standing(Time now) const;
+  std::optional<Id> longest_stalled(const Share& share, Time now) const;
+  std::optional<Id> longest_stalled(Time now) const;
 
   const std::size_t all_, of_holder_;
   std::unordered_map<Id, Entry> entries_;

@@ -21,17 +21,17 @@ Status check_enrolment(const TokenRecord& token) {
   }
   if (token.roles != Roles{Role::enrol} || terms.workers < 1 || terms.workers > kMaxEnrolments) {
     return invalid_argument(
-        "an enrolment token has only the role enrol and enrols 1 to {} workers, got the roles {} and {} workers "
+        "an enrolment token must have only the role enrol, and 1 to {} workers, got the roles {} and {} workers "
         "(lightmill tokens create NAME --enrol N)",
         kMaxEnrolments, names_of(token.roles), terms.workers);
   }
   if (terms.worker_seconds < 1 || terms.worker_seconds > kMaxTokenSeconds) {
-    return invalid_argument("enrolment: the token of a worker is valid for 1 to {} s, got {}", kMaxTokenSeconds,
+    return invalid_argument("enrolment: the token of a worker must be valid for 1 to {} s, got {}", kMaxTokenSeconds,
                             terms.worker_seconds);
   }
   return token.name.size() <= kMaxEnrolmentNameBytes
              ? ok_status()
-             : invalid_argument("name: the name of an enrolment token has at most {} bytes, got {}",
+             : invalid_argument("name: the name of an enrolment token must have at most {} bytes, got {}",
                                 kMaxEnrolmentNameBytes, token.name.size());
 }
 

@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 20;
 constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 
-/// Receives one asset. gRPC calls it with one event at a time. A thread for the disk handles the event, and asks for the
-/// next one. Deletes itself.
+/// Receives one asset. gRPC calls it with one event at a time. A thread for the disk handles the event, and asks for
+/// the next one. Deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
   UploadStream(AssetStore& assets, SideThreads& threads, Call call, Traffic& traffic)
@@ -135,7 +135,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     spdlog::error("asset {} was damaged in the store and is deleted: the next job with the same file uploads it again",
                   digest_.hex());
     runtime_.assets().forget(*reader_);
-    runtime_.check_assets_beside(digest_);
+    runtime_.check_assets_of_same_jobs(digest_);
     return unavailable("asset {} was damaged in the farm's store: submit a job with the same file again",
                        digest_.hex());
   }

@@ -1,4 +1,4 @@
-// Threads beside gRPC's own, for what may take long. gRPC has few threads, and all streams of workers need them.
+// Threads for slow work, besides gRPC's own. gRPC has few threads, and all streams of workers need them.
 #pragma once
 
 #include <boost/asio/post.hpp>

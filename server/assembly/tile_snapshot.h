@@ -21,7 +21,7 @@ struct TileSnapshot {
 
 TileSnapshot snapshot(const Film& film, TileId tile);
 
-/// Sums over the forest in ascending index order, laid out as Node::values. They have the bits of Film::sums.
+/// Sums over the forest in ascending index order, laid out as Node::values. They have the bits of sums_over (film.h).
 std::vector<float> sums_of(const TileSnapshot& tile);
 
 /// Values of the layers that are not summed.

@@ -11,7 +11,7 @@ Event Coordinator::Parts::at(Time now, std::int64_t unix_ms, Effects& effects) {
   const Duration late = now - std::max(next_deadline().value_or(now), clock_time);
   if (late > limits.lease_duration / 2) {
     // Stopped, suspended or out of memory: the messages of workers from this time are not read yet.
-    event.warn({}, "the coordinator stood still for {:.0f} s: workers get their full time again", to_seconds(late));
+    event.warn({}, "the coordinator was stopped for {:.0f} s. All leases are extended", to_seconds(late));
     leases.extend_all(late, now);
     workers.note_stall(late, now);
     audits.note_stall(late);

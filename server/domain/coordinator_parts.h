@@ -1,4 +1,4 @@
-// Parts of the coordinator, how they are wired, and its time. Private to server/domain.
+// Parts of the coordinator, their wiring, and its time. Private to server/domain.
 #pragma once
 
 #include "server/domain/coordinator.h"
@@ -22,7 +22,7 @@ struct Coordinator::Parts {
         quarantined(std::move(stored.quarantine)),
         audits(limits, stored.secret, now, workers, quarantined, leases, provenance, totals) {}
 
-  /// Event of a call that brings both times. Detects that the coordinator stood still.
+  /// Event of a call that brings both times. Detects that the coordinator was stopped.
   Event at(Time now, std::int64_t unix_ms, Effects& effects);
   Event at(Time now, Effects& effects) const { return {now, unix_ms(now), effects}; }
   std::int64_t unix_ms(Time now) const;

@@ -24,8 +24,8 @@ class Dismissals {
   /// For an invalid message. Takes back the lease that it names, if the session's worker has it. Counts the message for
   /// the worker's identity, and calls `judge`.
   void distrust(SessionId session, LeaseId lease, const Status& error, const Event& event);
-  /// Ends the session if `bad_results` has reached the limit. Otherwise its worker gets work again. `error`: of the last
-  /// bad result.
+  /// Ends the session if `bad_results` has reached the limit. Otherwise its worker gets work again. `error`: of the
+  /// last bad result.
   void judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event);
 
  private:

@@ -1,4 +1,4 @@
-// Event as the coordinator's parts see it: its time, and where its effects go. Private to server/domain.
+// Event as the coordinator's parts see it: its time, and the effects that it fills. Private to server/domain.
 #pragma once
 
 #include <fmt/format.h>

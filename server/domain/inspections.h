@@ -25,9 +25,9 @@ struct InspectionLimits {
   std::uint32_t losses = 2;  ///< an inspection fails after this number of lost or silent workers
 };
 
-/// Queue of inspections. Takes reports and the ends of sessions. Each worker reads one at a time. Callers with the fewest readers go first, then those that
-/// waited longest for a reader, then the oldest inspection. Each is answered once, with the effects (`inspected`),
-/// unless it is forgotten.
+/// Queue of inspections. Takes reports and the ends of sessions. Each worker reads one at a time. Callers with the
+/// fewest readers go first, then those that waited longest for a reader, then the oldest inspection. Each is answered
+/// once, with the effects (`inspected`), unless it is forgotten.
 class Inspections {
  public:
   /// Ids count up from `first`.

@@ -163,7 +163,7 @@ class Job {
   }
   /// Samples beyond this count are never wanted.
   std::uint64_t sample_limit() const;
-  /// Count up to which samples are wanted now. With an error goal, the next count at which the error is read. It
+  /// The sample count that is wanted now. With an error goal, it is the next count at which the error is read. It
   /// depends only on the film, and on leases beyond it, so it is not stored.
   std::uint64_t samples_wanted_now() const;
   std::uint64_t first_error_count() const { return lightmill::first_error_count(outline().allocation()); }

@@ -22,14 +22,14 @@ struct Lease {
   std::vector<bool> done = {};  ///< for each tile of the unit: merged, or no longer wanted from this lease
   std::uint32_t remaining = 0;  ///< count of tiles that are not done
   Time granted = {};            ///< when its grant was sent
-  Time last_progress = {};          ///< last progress: a result, the sent grant, or that it became its worker's oldest lease
-  Time deadline = {};        ///< when it expires; Time::max(): never
-  bool abandoned = false;    ///< its worker's stream is broken
-  bool sent = true;          ///< false while its grant waits for a commit, and the worker does not know it
-  SessionId waits_for = {};  ///< session that an unsent grant goes to
+  Time last_progress = {};      ///< a result, the sent grant, or that it became its worker's oldest
+  Time deadline = {};           ///< when it expires; Time::max(): never
+  bool abandoned = false;       ///< its worker's stream is broken
+  bool sent = true;             ///< false while its grant waits for a commit, and the worker does not know it
+  SessionId waits_for = {};     ///< session that an unsent grant goes to
 
-  /// The thread time that a worker claims for a result, limited to the possible. The worker may have begun the result
-  /// some seconds before this lease, for an earlier one.
+  /// The thread time that a worker claims for a result, limited to the time since the grant plus 15 s. The worker may
+  /// have begun the result before this lease, for an earlier one.
   double possible_seconds(double said, Time now) const {
     constexpr double kEarlierSeconds = 15;
     return std::min(said, to_seconds(now - granted) + kEarlierSeconds);

@@ -78,7 +78,7 @@ class LeaseTable {
   void abandon(const Worker& worker, Time now);
   /// The worker came back with the lease. This is no progress.
   void resume(LeaseId id, Time now);
-  /// The coordinator stood still for `late`. All leases get their full time again.
+  /// The coordinator was stopped for `late`. Every lease has at least its full time again.
   void extend_all(Duration late, Time now);
   /// Next lease whose deadline has passed. It stays in the table. If workers could not be heard, renews their leases
   /// instead.

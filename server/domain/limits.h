@@ -55,8 +55,8 @@ struct CoordinatorLimits {
   Duration keep_ended{};  ///< ended jobs are deleted after this time; 0: never
 };
 
-/// Delay before a worker gets work again at which it has failed (exponential backoff). Zero after the first failure,
-/// 0.5 s after the second, then doubled by each further one, at most 32 s.
+/// Delay before a worker gets work again after it failed at that work (exponential backoff). Zero after the first
+/// failure, 0.5 s after the second, then doubled by each further one, at most 32 s.
 inline Duration retry_delay(std::uint32_t times) {
   constexpr Duration kMin = std::chrono::milliseconds(500), kMax = std::chrono::seconds(32);
   return times < 2 ? Duration::zero() : std::min(kMin * (1 << std::min(times - 2, 16u)), kMax);

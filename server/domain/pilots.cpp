@@ -36,13 +36,14 @@ Status check_allocation(const TileGrid& grid, const Allocation& allocation) {
 Status check_pilot(const Job& job, const PilotReport& report) {
   const std::vector<std::string>& methods = job.record().method_notes.candidates;
   if (report.choice >= methods.size()) {
-    return invalid_argument("a pilot of {} methods has chosen number {}", methods.size(), report.choice);
+    return invalid_argument("pilot.choice: must be below {}, got {}", methods.size(), report.choice);
   }
   if (!(report.seconds >= 0 && report.seconds <= kMaxPilotSeconds)) {
-    return invalid_argument("a pilot of {} seconds", report.seconds);
+    return invalid_argument("pilot.seconds: must be from 0 to {:.0f}, got {}", kMaxPilotSeconds, report.seconds);
   }
   if (report.reasons.size() > methods.size() + 1) {
-    return invalid_argument("a pilot of {} methods has {} reasons", methods.size(), report.reasons.size());
+    return invalid_argument("pilot.reasons: at most {} are possible, got {}", methods.size() + 1,
+                            report.reasons.size());
   }
   const std::size_t shifts = report.allocation.shifts().size(),
                     tiles = job.spec().goal.adaptive ? job.film().grid().tile_count() : 0;

@@ -52,7 +52,8 @@ const Lease* Preparations::longest_before(const Job& job, Time now) const {
     const Duration patience =
         kPreparationPatience * (1 << (times == preempted_.end() ? 0 : std::min(times->second, kMaxDoublings)));
     if (other.spec().owner != job.spec().owner && other.spec().priority <= job.spec().priority &&
-        now >= lease->last_progress + patience && (longest == nullptr || lease->last_progress < longest->last_progress)) {
+        now >= lease->last_progress + patience &&
+        (longest == nullptr || lease->last_progress < longest->last_progress)) {
       longest = lease;
     }
   }

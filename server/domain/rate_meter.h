@@ -33,7 +33,7 @@ class RateMeter {
     const Time window_start{bin_ * std::max<std::int64_t>(bin_of(now) - kBins + 1, 0)};
     return recent(now) / std::max(to_seconds(now - std::max(window_start, first_)), 0.1);
   }
-  /// In the ten bins.
+  /// Sum of the amounts in the last ten bins.
   double recent(Time now) const {
     const std::int64_t bin = bin_of(now);
     double sum = 0;

@@ -9,11 +9,11 @@
 namespace lightmill {
 namespace {
 
-/// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases only as many as
-/// it can take the results of within this time. Else thousands of workers would send theirs at once.
+/// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases only as many
+/// units as it can receive results for within this time. Otherwise thousands of workers would send theirs at once.
 constexpr double kTriedSeconds = 0.5;
-/// Most units of a job that a worker may hold: this factor times the pixel samples that it delivered in the last minute. If units
-/// take longer than a quarter of a minute: this number of units.
+/// Limit of the pixel samples of a job that a worker may hold: kRecentWork times those that it delivered in the last
+/// minute. If its units take longer than half a minute, the limit is kUnitsHeld units.
 constexpr double kRecentWork = 2, kUnitsHeld = 4;
 
 double pixels_of_a_tile(const Job& job) {
@@ -55,9 +55,9 @@ void Scheduler::hold(const std::string& why, const Event& event) {
     return;
   }
   if (why.empty()) {
-    event.info({}, "work is handed out again");
+    event.info({}, "leasing resumes");
   } else if (held_.empty()) {
-    event.warn({}, "no work is handed out: {}", why);
+    event.warn({}, "leasing is stopped: {}", why);
   }
   held_ = why;
   for (const auto& [id, job] : jobs_.all()) {

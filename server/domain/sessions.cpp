@@ -22,7 +22,7 @@ bool are_ascending(const std::vector<TileId>& tiles) {
 
 Status check_hello(const WorkerHello& hello) {
   if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
-    return invalid_argument("a worker has a name and 1 to {} threads, got '{}' with {}", kMaxThreads,
+    return invalid_argument("a worker must have a name and 1 to {} threads, got '{}' with {}", kMaxThreads,
                             as_name(hello.name), hello.threads);
   }
   LM_RETURN_IF_ERROR(check_name("the worker's name", hello.name));

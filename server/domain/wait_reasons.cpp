@@ -166,7 +166,8 @@ std::string WaitReasons::reason_of_standstill(const Job& job, Time now) const {
     }
     oldest = oldest == nullptr || lease.last_progress < oldest->last_progress ? &lease : oldest;
   }
-  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker, to_seconds(now - oldest->last_progress));
+  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker,
+                     to_seconds(now - oldest->last_progress));
 }
 
 }  // namespace lightmill

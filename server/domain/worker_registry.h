@@ -186,7 +186,7 @@ class WorkerRegistry {
   /// Current sessions that were silent for too long. Sets the time of the next check.
   std::vector<SessionId> too_silent(Time now);
   std::optional<Time> next_silence_check() const;
-  /// The coordinator stood still for `late`. Messages from this time are not read yet.
+  /// The coordinator was stopped for `late`. Messages from this time are not read yet.
   void note_stall(Duration late, Time now);
 
   // ---- idle workers: they want more work than there was ----

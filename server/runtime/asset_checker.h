@@ -1,4 +1,5 @@
-// Background check of assets. One damaged asset is a reason to compare those beside it with their digests.
+// Background check of assets. After one damaged asset, it compares the other assets of the same jobs with their
+// digests.
 #pragma once
 
 #include <set>

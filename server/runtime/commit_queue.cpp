@@ -174,7 +174,8 @@ void CommitQueue::read_piece() {
   }
   Result<FilmPiece> piece = store_.read_film(reading.read.job, reading.after);
   if (!piece.ok() && worth_retrying(piece.status())) {
-    spdlog::debug("the film of job {} is read later: {}", reading.read.job.value, message_of(piece.status()));
+    spdlog::debug("cannot read the film of job {} now: {}. It is retried", reading.read.job.value,
+                  message_of(piece.status()));
     next_read_ = std::chrono::steady_clock::now() + kRetryPause;
     return;
   }
@@ -215,7 +216,8 @@ Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes, std:
       return status;
     }
     if (!stalled) {
-      spdlog::error("cannot store progress, nothing is acknowledged until it can: {}", message_of(status));
+      spdlog::error("cannot store progress: {}. Results are not acknowledged until it can be stored",
+                    message_of(status));
       stalled = true;
       if (worth_retrying(status)) {
         handlers_.on_stall(status);

@@ -133,7 +133,7 @@ void Runtime::forget_unused_assets() {
   }
 }
 
-void Runtime::check_assets_beside(const Sha256& damaged) {
+void Runtime::check_assets_of_same_jobs(const Sha256& damaged) {
   (void)loop_.post(
       [this, damaged](FarmLoop::TaskContext& context) { asset_checker_.check(context.farm.assets(damaged)); });
 }

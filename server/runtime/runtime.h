@@ -44,8 +44,8 @@ class Runtime {
   Gate& gate() { return gate_; }
   FarmLoop& loop() { return loop_; }
   AssetStore& assets() { return *assets_; }
-  /// Has all assets of the jobs that name this damaged one compared with their digests, in the background.
-  void check_assets_beside(const Sha256& damaged);
+  /// Compares all assets of the jobs that name this damaged one with their digests, in the background.
+  void check_assets_of_same_jobs(const Sha256& damaged);
   const RuntimeOptions& options() const { return options_; }
 
   /// Callers are served from now on. Records the start in the action log.

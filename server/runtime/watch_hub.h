@@ -43,8 +43,8 @@ class WatchSink {
 };
 
 /// Not thread-safe: only for the farm thread. A watcher gets the state at once, then after changes, at most 10 times a
-/// second. Until every tile has its first sample, it is 50 times. Nothing is queued. A slow reader gets fewer, newer
-/// states, and so do all watchers while the farm thread is busy (FarmLoop).
+/// second. Until every tile has its first sample, the limit is 50 times a second. Nothing is queued. A slow reader gets
+/// fewer, newer states, and so do all watchers while the farm thread is busy (FarmLoop).
 class WatchHub {
  public:
   void add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink);
@@ -73,7 +73,7 @@ class WatchHub {
     Time next_time{};
   };
   /// In a round, all watchers of a job start at the same tile, so that they mostly share the snapshots of tiles. Each
-  /// full round starts a golden section further. So a watcher gets every tile, whichever rounds it takes part in.
+  /// full round starts 0.618 of the tiles later. So a watcher gets every tile, whichever rounds it takes part in.
   struct Round {
     std::uint32_t number = 0;  ///< count of earlier rounds with a full message
     bool full = false;         ///< a message of this round could not hold all changed tiles

@@ -1,4 +1,4 @@
-// Loads the coordinator's state from the tables that all databases share.
+// Loader of the coordinator's state, from the tables that all databases share.
 #pragma once
 
 #include "server/store/records.h"
@@ -14,8 +14,8 @@ using ReadFilm = std::function<Result<FilmPiece>(JobId job, const FilmPosition& 
 
 /// Reads all jobs with their nodes and results, and all small rows. It does not read the epoch, the secret, the next
 /// job id, or the values of ended jobs' nodes. Damaged rows are logged; such jobs are left out, and such nodes are
-/// removed. Adds all rows to `sums`. The caller checks them, then applies `repairs`. `specs` learns which specifications
-/// are stored. Changes nothing. Nothing else may write meanwhile.
+/// removed. Adds all rows to `sums`. The caller checks them, then applies `repairs`. `specs` learns which
+/// specifications are stored. Changes nothing. Nothing else may write meanwhile.
 Result<StoredState> load_state(RowSource& rows, const ReadFilm& read_film, StoredSpecs& specs, RowSums& sums,
                                std::vector<StoreOp>& repairs);
 

@@ -261,7 +261,8 @@ Status OldRows::load_tokens() {
 
 Status OldRows::load_actions() {
   return rows_.for_each(
-      "SELECT number, unix_ms, who, proof, token, peer, what, job, about, outcome, message FROM actions ORDER BY number",
+      "SELECT number, unix_ms, who, proof, token, peer, what, job, about, outcome, message FROM actions "
+      "ORDER BY number",
       [&](const Row& row) {
         Action action;
         std::string proof;

@@ -26,13 +26,15 @@ std::array<std::string, kRowStatementCount> row_statements(std::string_view with
   std::array<std::string, kRowStatementCount> sql;
   sql[kFindNode] = fmt::format("SELECT {} FROM nodes WHERE {}", kNode, kPlace);
   sql[kPutNode] =
-      "INSERT INTO nodes (job, tile, level, range_index, non_finite, hash, samples) VALUES ($1, $2, $3, $4, $5, $6, $7) "
+      "INSERT INTO nodes (job, tile, level, range_index, non_finite, hash, samples) "
+      "VALUES ($1, $2, $3, $4, $5, $6, $7) "
       "ON CONFLICT (job, tile, level, range_index) DO UPDATE SET non_finite = $5, hash = $6, samples = $7";
   sql[kDropNode] = fmt::format("DELETE FROM nodes WHERE {}", kPlace);
   sql[kFindNodesOf] = fmt::format("SELECT {} FROM nodes WHERE job = $1", kNode);
   sql[kFindResult] = fmt::format("SELECT {} FROM results WHERE {}", kResult, kPlace);
   sql[kPutResult] =
-      "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT (job, tile, level, range_index) "
+      "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) "
+      "ON CONFLICT (job, tile, level, range_index) "
       "DO UPDATE SET hash = $5, worker = $6, machine = $7, audit = $8, fingerprint_class = $9, checksum = $10";
   sql[kPutAudited] =
       fmt::format("UPDATE results SET audit = 2, checksum = (checksum & ~CAST(3 AS BIGINT)) | 2 WHERE {} RETURNING {}",

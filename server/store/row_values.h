@@ -65,10 +65,10 @@ class RendererTable {
 };
 
 /// Hash in the row of a node: hash_of(node), combined with the job and the tile. So a row in the place of another one
-/// counts as damaged.
+/// is damaged, too.
 Hash128 row_hash_of(JobId job, TileId tile, const Node& node);
-/// The node of a row. Null if it does not match its stored `hash`: row_hash_of(), or hash_of() in rows that the format
-/// before wrote.
+/// The node of a row. Null if it does not match its stored `hash`: row_hash_of(), or hash_of() in rows of earlier
+/// formats.
 std::shared_ptr<const Node> node_of(const NodeKey& key, std::uint64_t non_finite, std::string_view hash,
                                     std::string_view values);
 /// Logs what is lost.

@@ -1,4 +1,4 @@
-// Memory limit for requests and replies together. What exceeds it is refused.
+// Memory limit for requests and replies together. Requests beyond it are refused.
 #pragma once
 
 #include <array>

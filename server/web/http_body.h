@@ -1,4 +1,4 @@
-// Reading of request bodies: what all readers share.
+// Helpers that all readers of HTTP request bodies share.
 #pragma once
 
 #include <boost/beast/core/flat_buffer.hpp>
@@ -33,8 +33,9 @@ inline std::string_view as_std(boost::beast::string_view text) {
   return {text.data(), text.size()};
 }
 
-/// INVALID_ARGUMENT if a proxy in front of this server could read another host or another end of the body from the head
-/// (RFC 9112: 3.2, 6.1, 6.3). Beast refuses Content-Length together with chunks, and different lengths.
+/// INVALID_ARGUMENT if a proxy could interpret this head differently, with another host or another end of the body.
+/// This prevents request smuggling (RFC 9112: 3.2, 6.1, 6.3). Beast refuses Content-Length together with chunks, and
+/// different lengths.
 Status check_framing(const RequestHead& request);
 
 /// Whether the input is not HTTP. False if it is too long or incomplete.

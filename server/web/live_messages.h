@@ -1,4 +1,4 @@
-// Messages of the page's WebSocket (lightmill/v1/web.proto) as bytes. What many viewers get is encoded once.
+// Messages of the page's WebSocket (lightmill/v1/web.proto) as bytes. Content for several viewers is encoded once.
 #pragma once
 
 #include <string>

@@ -108,7 +108,7 @@ void add_farm(const MetricValues& farm, MetricLines& out) {
             gauges.results_rate);
   out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
   out.gauge("lightmill_storing",
-            "0 while no work is given out because nothing can be stored: the database is away, or the disk has less "
+            "0 while no work is leased because nothing can be stored: the database is away, or the disk has less "
             "than --reserve-gib left. Else 1.",
             farm.storing ? 1 : 0);
 }

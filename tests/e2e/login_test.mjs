@@ -68,7 +68,7 @@ test('a submitter sees and controls only her own job', async () => {
   await page.getByRole('link', {name: 'of ada'}).waitFor();
   assert.equal(await page.getByRole('link', {name: 'of bob'}).count(), 0);
   await page.goto(`${farm.page}#/jobs/2`);
-  await page.getByRole('alert').getByText("somebody else's").waitFor();
+  await page.getByRole('alert').getByText('belongs to another user').waitFor();
 });
 
 test('no script can read the login, and a reload keeps it', async () => {

@@ -269,7 +269,7 @@ TEST(ActionLog, RefusalsAreRecordedUpToALimit) {
                                           "- job 1 GetFilm refused"};
   EXPECT_EQ(lines(actions(root)), expected);
   EXPECT_EQ(actions(root)[3].token(), token_id(token).value());
-  EXPECT_NE(actions(root)[3].message().find("the job is somebody else's"), std::string::npos);
+  EXPECT_NE(actions(root)[3].message().find("the job belongs to another user"), std::string::npos);
   for (int i = 0; i < 300; ++i) {
     ask("ListJobs", v1::ListJobsRequest(), "");
   }

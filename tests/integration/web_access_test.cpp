@@ -308,7 +308,7 @@ TEST(WebAccess, OthersJobsAreHiddenAndViewsAreRecorded) {
     failure = update.job_failure();
     page.ask(bobs);
   }
-  EXPECT_NE(failure.find("somebody else's"), std::string::npos) << failure;
+  EXPECT_NE(failure.find("belongs to another user"), std::string::npos) << failure;
   web.send(http::verb::post, fmt::format("/api/v1/jobs/{}/cancel", bobs), shown);
   web.log_in("rubbish");
 

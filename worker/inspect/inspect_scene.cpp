@@ -56,7 +56,7 @@ Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProce
         const ImageSize size,
         with_context(images.size(as_byte_view(loaded.assets.at(image.asset)), image.name), image.place));
     if (size.pixels() > static_cast<std::uint64_t>(limits.image_pixels)) {
-      return resource_exhausted("{}: {}: {} pixels are more than the {} that --image-megapixels of its worker allows",
+      return resource_exhausted("{}: {}: {} pixels are more than the worker's limit of {} (--image-megapixels)",
                                 image.place, image.name, size.pixels(), limits.image_pixels);
     }
     LM_RETURN_IF_ERROR(check_image_header(image, size, loaded.notices));

@@ -18,7 +18,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::uint64_t kShare = 3;                              ///< of --scene-gib
+constexpr std::uint64_t kShare = 3;                            ///< of --scene-gib
 constexpr std::uint64_t kMinMemory = std::uint64_t{64} << 20;  ///< for libraries and small scenes
 
 /// Kills the process at its end.
@@ -152,7 +152,7 @@ Result<Inspection> inspect_in_reader(const InspectionRequest& request, const Sce
                                      const ReaderOptions& options, const ReaderHooks& hooks) {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    return resource_exhausted("no socket for the scene reader: {}", std::strerror(errno));
+    return resource_exhausted("cannot create a socket for the scene reader: {}", std::strerror(errno));
   }
   Descriptor own(ends[0]), childs(ends[1]);
   LM_ASSIGN_OR_RETURN(

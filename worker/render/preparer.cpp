@@ -175,10 +175,10 @@ Result<PilotReport> Preparer::run(const PilotGrant& pilot, const std::stop_token
   const std::string& method = pilot.methods[choice.choice];
   PilotReport report{pilot.lease, static_cast<std::uint32_t>(choice.choice), std::move(choice.reasons)};
   if (pilot.allocate) {
-    LM_ASSIGN_OR_RETURN(Gain gain,
+    LM_ASSIGN_OR_RETURN(AllocationResult result,
                         find_allocation(scene, {method, settings.seed, settings.max_bounces, grid_of(settings)}, stop));
-    report.reasons.push_back(describe(gain));
-    report.allocation = std::move(gain.allocation);
+    report.reasons.push_back(describe(result));
+    report.allocation = std::move(result.allocation);
   }
   report.seconds = to_seconds(system_clock().now() - start);
   spdlog::info("pilot of job {}: {} after {:.0f} ms", pilot.job.value, method, 1000 * report.seconds);

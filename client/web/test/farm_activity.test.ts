@@ -116,7 +116,7 @@ test("an action's text names the caller, the operation, its object and the chang
   expect(text({caller: 'ada', operation: 'SetPriority', about: 'cornell', change: 'priority 0 -> 10'})).toBe('ada: SetPriority cornell: priority 0 -> 10');
   expect(text({caller: 'ada', operation: 'PauseJob'})).toBe('ada: PauseJob');
   expect(text({operation: 'Start', about: 'epoch 1, process 7'})).toBe('Start epoch 1, process 7');
-  expect(text({caller: 'eve', operation: 'CancelJob', code: 7, message: "the job is somebody else's"})).toBe("eve: CancelJob: refused: the job is somebody else's");
+  expect(text({caller: 'eve', operation: 'CancelJob', code: 7, message: 'the job belongs to another user'})).toBe('eve: CancelJob: refused: the job belongs to another user');
 });
 
 test('actions are listed as events, and refusals as warnings', () => {

@@ -1,4 +1,4 @@
-// A compressed mesh (Draco): what is asked of its decoder, and the plain arrays that it gives.
+// Compressed mesh (Draco): the request to its decoder, and the decoded arrays.
 #pragma once
 
 #include <cstdint>
@@ -38,16 +38,16 @@ inline std::uint32_t component_bytes(std::uint64_t type) {
 /// An attribute of each vertex.
 struct CompressedAttribute {
   std::uint32_t id = 0;    ///< Draco's unique id
-  std::uint32_t type = 0;  ///< that its numbers shall have, as glTF's code
+  std::uint32_t type = 0;  ///< wanted component type, as glTF's code
   std::uint32_t components = 0;
 
   bool operator==(const CompressedAttribute&) const = default;
 };
 
 struct MeshRequest {
-  std::uint64_t vertices = 0;  ///< it must have as many
+  std::uint64_t vertices = 0;  ///< the mesh must have exactly this many
   std::uint64_t triangles = 0;
-  bool fewer_triangles = false;  ///< else it must have as many
+  bool fewer_triangles = false;  ///< the mesh may have fewer triangles than `triangles`
   std::vector<CompressedAttribute> attributes;
 };
 
@@ -61,7 +61,8 @@ Status check_request(const MeshRequest& request);
 /// The size of all arrays that are asked for, at most.
 std::uint64_t size_bytes(const MeshRequest& request);
 
-/// Decodes the bytes of a compressed mesh. The arrays are as requested, or there is an error. Errors do not name the mesh.
+/// Decodes the bytes of a compressed mesh. The arrays are as requested, or there is an error. Errors do not name the
+/// mesh.
 using MeshDecoder = std::function<Result<DecodedMesh>(ByteView bytes, const MeshRequest& request)>;
 
 }  // namespace lightmill

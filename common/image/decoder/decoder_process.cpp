@@ -161,7 +161,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, co
                                            std::chrono::milliseconds time_limit) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
-    return resource_exhausted("no pipe for the image decoder: {}", std::strerror(errno));
+    return resource_exhausted("cannot create a pipe for the image decoder: {}", std::strerror(errno));
   }
   const Descriptor output(ends[0]);
   Descriptor childs(ends[1]);
@@ -201,7 +201,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, co
 Status DecoderProcess::start() {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    return resource_exhausted("no socket for the image decoder: {}", std::strerror(errno));
+    return resource_exhausted("cannot create a socket for the image decoder: {}", std::strerror(errno));
   }
   const Descriptor childs(ends[1]);
   Result<pid_t> pid = spawn_decoder(options_.program, options_.unsandboxed ? kUnsandboxedFlag : nullptr, ends[1], -1);
@@ -233,7 +233,7 @@ std::string DecoderProcess::stop() {
 Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int file, const Receive& receive) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
-    return resource_exhausted("no pipe from its decoder: {}", std::strerror(errno));
+    return resource_exhausted("cannot create a pipe from its decoder: {}", std::strerror(errno));
   }
   Descriptor pipe(ends[0]);
   // The decoder kills its child when the socket closes.
@@ -274,7 +274,7 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, DecodeRequest request, c
   }
   const Descriptor file(::memfd_create("file", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (file.number() < 0) {
-    return resource_exhausted("no file in memory for it: {}", std::strerror(errno));
+    return resource_exhausted("cannot create a file in memory for its decoder: {}", std::strerror(errno));
   }
   LM_RETURN_IF_ERROR(write_all(file.number(), bytes));
   ::fcntl(file.number(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL);
@@ -335,7 +335,7 @@ Result<DecodedMesh> DecoderProcess::decode_mesh(ByteView bytes, const MeshReques
   LM_RETURN_IF_ERROR(
       ask(bytes, request, [&](const FromDecoder& from) { return receive_arrays(from, wanted, mesh); }).status());
   return mesh ? Result<DecodedMesh>(*std::move(mesh))
-              : invalid_argument("the compressed data are damaged: their decoder gives less than it says");
+              : invalid_argument("the compressed data are damaged: the decoder sent less than it announced");
 }
 
 }  // namespace lightmill

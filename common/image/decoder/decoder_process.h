@@ -70,7 +70,8 @@ class DecoderProcess {
   Status start();
   /// Kills the process if it runs. Returns how it ended, in words.
   std::string stop();
-  /// Reads from the pipe. An error is one of what came. Without one, the decoder's reply says what is wrong.
+  /// Receives the decoder's data from the pipe. An error means that this data is invalid. If it returns OK, the
+  /// decoder's reply decides.
   using Receive = std::function<Status(const FromDecoder&)>;
   /// Sends the request with the bytes. `receive` may be called twice. Errors of the reply are returned.
   Result<DecodeReply> ask(ByteView bytes, DecodeRequest request, const Receive& receive);

@@ -1,9 +1,9 @@
-// Protocol between a program and its decoder of images and compressed meshes, over a socket that is the decoder's standard
+// Protocol between a program and its decoder of images and compressed meshes. Its socket is the decoder's standard
 // input.
 //
 // A request is one socket message with two descriptors: the file's bytes, and a pipe for the pixels or the mesh's
-// arrays. Each request has one reply. Before the pixels or arrays, the pipe carries the reply that will follow if all of
-// them can be read. Both programs are from the same build, so values are sent as they are in memory.
+// arrays. Each request has one reply. Before the pixels or arrays, the pipe carries the reply that will follow if all
+// of them can be read. Both programs are from the same build, so values are sent as they are in memory.
 #pragma once
 
 #include <unistd.h>

@@ -69,8 +69,8 @@ Result<std::optional<glm::dmat3>> matrix_to_rec709(const Primaries& primaries) {
   if (!span_colours(primaries)) {
     const auto& [r, g, b, w] = primaries;
     return invalid_argument(
-        "red ({:g}, {:g}), green ({:g}, {:g}), blue ({:g}, {:g}) and white ({:g}, {:g}) are not the chromaticities of a "
-        "colour space",
+        "red ({:g}, {:g}), green ({:g}, {:g}), blue ({:g}, {:g}) and white ({:g}, {:g}) are not the chromaticities of "
+        "a colour space",
         r[0], r[1], g[0], g[1], b[0], b[1], w[0], w[1]);
   }
   const glm::dmat3 from_xyz = glm::inverse(to_xyz(kRec709));

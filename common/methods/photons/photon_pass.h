@@ -1,4 +1,4 @@
-// One pass of photons: what starts, and what is stored.
+// One photon pass: its plan, its photon source, and its stored photons.
 #pragma once
 
 #include <vector>

@@ -280,7 +280,8 @@ class PhotonTracer {
     lanes = and_not(lanes, select(s.transmitted, side > F8(0.0f), side < F8(0.0f)));
     const F8 normals = select(from > F8(0.0f), wo.z * abs(side) / from, F8(0.0f));
     out.power = out.power * s.weight * (s.eta * s.eta * normals);
-    // Roulette that followed the correction would kill paths along a bumpy surface, which it makes bright again later.
+    // If roulette used the corrected power, it would end paths along a bumpy surface. A later correction would make
+    // them bright again.
     out.scale = select(vertex.mapped & (normals > F8(0.0f)), out.scale / normals, out.scale);
     const F8 survival = max_component(out.power) * out.scale;
     lanes =

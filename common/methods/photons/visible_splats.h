@@ -19,8 +19,8 @@ struct VisibleSplat8 {
   V8 direction;      ///< unit, from the camera to the photon
   F8 cosine;         ///< to the geometric normal, positive
   F8 distance;
-  /// Solid angle of the photon's area over that of one pixel, times the filter's weight. It converts the radiance that
-  /// the photon's power becomes into the pixel's value.
+  /// Solid angle of the photon's area over that of one pixel, times the filter's weight. The pixel's value is this
+  /// factor times the radiance that the surface scatters from the photon's power.
   F8 per_power;
   F8 film_pdf_area;  ///< the same without the filter: density of camera rays, one per pixel
 };

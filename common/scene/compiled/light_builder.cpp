@@ -76,7 +76,7 @@ Vec3 LightBuilder::to_frame(const Point3d& p) const {
 }
 
 /// Spheres whose projected area underflows in single precision are points.
-float LightBuilder::ball_radius(double radius) const {
+float LightBuilder::sphere_radius(double radius) const {
   const auto in_frame = static_cast<float>(radius * frame_.scale());
   return in_frame * in_frame < std::numeric_limits<float>::min() ? 0.0f : in_frame;
 }
@@ -128,7 +128,7 @@ void LightBuilder::add_light(const Light& light) {
           [&](const PointLight& point) {
             if (!is_black(point.intensity)) {
               lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity)),
-                                  ball_radius(point.radius)});
+                                  sphere_radius(point.radius)});
               note_group(LightKind::point, light.group, light.hidden_from_camera);
             }
           },
@@ -144,7 +144,7 @@ void LightBuilder::add_light(const Light& light) {
               lights_.spots.add({to_frame(spot.position), unit(spot.direction),
                                  frame_.scaled_intensity(to_vec(spot.intensity)),
                                  static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
-                                 static_cast<float>(one_minus_cos_fixed(outer)), ball_radius(spot.radius)});
+                                 static_cast<float>(one_minus_cos_fixed(outer)), sphere_radius(spot.radius)});
               note_group(LightKind::spot, light.group, light.hidden_from_camera);
             }
           },
@@ -170,7 +170,7 @@ void LightBuilder::add_light(const Light& light) {
 
 /// Disks whose area underflows in single precision are left out.
 void LightBuilder::add_disk(const DiskLight& disk, const Light& light) {
-  const float radius = ball_radius(disk.radius), second_radius = ball_radius(disk.second_radius);
+  const float radius = sphere_radius(disk.radius), second_radius = sphere_radius(disk.second_radius);
   if (is_black(disk.radiance) || radius == 0 || second_radius == 0) {
     return;
   }

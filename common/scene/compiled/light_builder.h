@@ -68,7 +68,7 @@ class LightBuilder {
   FacetSums sums_of(const Geometry& geometry) const;
   EmitterPoints emitter_points() const;
   Vec3 to_frame(const Point3d& p) const;
-  float ball_radius(double radius) const;
+  float sphere_radius(double radius) const;
   std::vector<Vec3> radiance_of_materials() const;
 
   const Scene& scene_;

@@ -1,6 +1,6 @@
 // The media of a scene, which fill closed shapes, and the media that a path is in.
 //
-// Shapes may be nested, touch or overlap. Where several are, the medium with the highest priority counts. With equal
+// Shapes may be nested, touch or overlap. Where several are, the medium with the highest priority applies. With equal
 // priorities it is the one that was entered last. Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced
 // Images".
 #pragma once
@@ -28,7 +28,8 @@ inline Media8 select(M8 mask, const Media8& yes, const Media8& no) {
 struct Crossing8 {
   F8 eta;         ///< index of refraction beyond the surface over that on the ray's side
   Media8 beyond;  ///< the media beyond the surface
-  M8 real;        ///< the medium changes, and so does the index unless it is more than a dielectric
+  /// The surface affects light. False if the medium does not change, or a dielectric has equal indices on both sides.
+  M8 real;
 };
 
 /// One medium, from number 1, for each material that transmits light. 0 is the empty space outside.
@@ -43,7 +44,7 @@ class MediumTable {
   /// The medium of a material. 0 if it has none.
   U8 of_material(U8 material, M8 lanes) const { return gather(of_material_.data(), material, lanes); }
 
-  /// The one of the media that counts.
+  /// The medium with the highest priority, the one that applies.
   U8 current(const Media8& media) const;
   /// The crossing of a ray that meets the boundary of `medium` (not 0) from outside or inside.
   Crossing8 cross(const Media8& media, U8 medium, M8 from_outside) const;
@@ -82,7 +83,7 @@ class MediumTable {
 
 /// Whether paths must know which media they are in. A medium that absorbs, scatters, has a priority or the index of the
 /// outside requires it. So do shapes that transmit light and may overlap. Else each boundary is between its medium and
-/// the outside, and always counts.
+/// the outside, and always affects light.
 bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds);
 
 }  // namespace lightmill

@@ -33,8 +33,8 @@ Status share_meshes(const Scene& scene, std::uint64_t max_triangles, ObjectMeshe
     meshes.triangles_held += instanced && ++instances[mesh] > 1 ? 0 : triangles;
     if (meshes.triangles_held > max_triangles) {
       return resource_exhausted(
-          "objects[{}] \"{}\": the scene has more triangles than --scene-triangles {} of the worker allows "
-          "(instances of a mesh count once)",
+          "objects[{}] \"{}\": the scene has more triangles than the worker's limit of {} "
+          "(--scene-triangles; instances of a mesh count once)",
           i, scene.objects[i].name, max_triangles);
     }
   }

@@ -14,7 +14,7 @@ struct MeterFootprint {
   Vec3d corner{0}, edge1{0}, edge2{0};
 
   std::array<Vec3d, 4> corners() const { return {corner, corner + edge1, corner + edge2, corner + edge1 + edge2}; }
-  /// The point of the spot that is nearest to p.
+  /// The point of the footprint that is nearest to p.
   Vec3d nearest(const Vec3d& p) const;
   /// The sum of the magnitudes in its coordinates.
   Vec3d sizes() const { return glm::abs(corner) + glm::abs(edge1) + glm::abs(edge2); }
@@ -28,7 +28,7 @@ double reach(const Vec3d& normal, const Vec3d& magnitude) {
   return kReach * glm::dot(glm::abs(normal), magnitude);
 }
 
-/// Whether any point of the spot is within reach of the plane through `point`.
+/// Whether any point of the footprint is within reach of the plane through `point`.
 bool touches_plane(const MeterFootprint& footprint, const Vec3d& point, const Vec3d& normal, const Vec3d& magnitude) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Vec3d& corner : footprint.corners()) {

@@ -23,8 +23,8 @@ class NormalMaps {
   /// `length_scale`: of the frame over scene units.
   NormalMaps(const Scene& scene, double length_scale);
 
-  /// Sets the shading normals of `surface.mapped`. They stay on the side of the geometric normal, at an angle of at most
-  /// acos(kMinCosine).
+  /// Sets the shading normals of `surface.mapped`. They stay on the side of the geometric normal, at an angle of at
+  /// most acos(kMinCosine).
   void apply(const GeometryTable& geometry, const TextureSet& textures, const Hit8& hits, Surface8& surface) const;
 
   static constexpr float kMinCosine = 0.05f;

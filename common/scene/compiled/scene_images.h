@@ -19,8 +19,9 @@ class ImageBudget {
     bytes_ += bytes;
     return bytes_ <= max_bytes_
                ? ok_status()
-               : resource_exhausted("{}: the scene's images need more than --images-gib {:.4g} of the worker allows",
-                                    where, static_cast<double>(max_bytes_) / (1 << 30));
+               : resource_exhausted(
+                     "{}: the scene's images need more than the worker's limit of {:.4g} GiB (--images-gib)", where,
+                     static_cast<double>(max_bytes_) / (1 << 30));
   }
 
  private:

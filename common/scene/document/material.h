@@ -19,7 +19,7 @@ inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
 inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 
 inline constexpr double kMinAnisotropicAlpha = 1e-4;  ///< GGX's alpha across the direction is at least this
-inline constexpr double kMaxRotationDegrees = 1e4;      ///< of texture coordinates
+inline constexpr double kMaxRotationDegrees = 1e4;    ///< of texture coordinates
 
 /// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
@@ -159,7 +159,7 @@ struct Material {
   TexturedColor emission;           ///< zero if the material does not emit
   bool two_sided_emission = false;  ///< if false, only on the side of the geometric normal
   Medium interior = {};             ///< of dielectrics and principled materials that transmit
-  std::int32_t priority = 0;        ///< where such materials overlap, the medium with the highest priority counts
+  std::int32_t priority = 0;        ///< where such materials overlap, the medium with the highest priority applies
   EmissionUnit emission_unit = EmissionUnit::radiance;
   double emission_exponent = 0;    ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
   ScalarMap roughness_map = {};    ///< multiplies the roughness, of materials with one above 0

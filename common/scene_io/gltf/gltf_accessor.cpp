@@ -15,8 +15,8 @@ namespace {
 constexpr std::uint64_t kMaxZeroElements = 4'000'000;
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 31;
 
-/// How often accessors may read each byte of the buffers, on average. A byte takes up to 8 in memory, and stays there as
-/// part of a mesh.
+/// How often accessors may read each byte of the buffers, on average. A byte takes up to 8 in memory, and stays there
+/// as part of a mesh.
 constexpr std::uint64_t kMaxReadings = 8;
 
 enum ComponentType : std::uint32_t {

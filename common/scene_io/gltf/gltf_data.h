@@ -58,8 +58,8 @@ class GltfData {
   /// after an error.
   std::string_view view(const JsonNode& index) const;
   /// The geometry of a primitive that is there only in the compressed form of kDraco. Its attributes can be read
-  /// afterwards. If all of it is there uncompressed, too, then that counts, on machines with and without a decoder. Null
-  /// without compressed geometry, and after an error.
+  /// afterwards. If all of it is there uncompressed, too, then the uncompressed form is used, on machines with and
+  /// without a decoder. Null without compressed geometry, and after an error.
   std::shared_ptr<const DecodedMesh> decompressed(const JsonNode& primitive) const;
   /// Whether the values of this attribute of a primitive were compressed.
   bool is_decompressed(const JsonNode& attribute) const { return attributes_.contains(attribute.path()); }

@@ -7,11 +7,11 @@
 
 namespace lightmill {
 
-void FirstError::add_fault(const std::string& path, std::string_view what, std::string_view answer) {
+void FirstError::add_fault(const std::string& path, std::string_view what, std::string_view remedy) {
   // Faults of one kind are at places that differ only in their indices.
   std::string kind = fmt::format("gltf {}", path);
   std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
-  faults_.add(kind, fmt::format("{}: {}: {}", file_name_, path, what), answer);
+  faults_.add(kind, fmt::format("{}: {}: {}", file_name_, path, what), remedy);
 }
 
 void JsonNode::fail(std::string_view what) const {

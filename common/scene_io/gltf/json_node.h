@@ -24,7 +24,7 @@ class FirstError {
       first_ = std::move(status);
     }
   }
-  void add_fault(const std::string& path, std::string_view what, std::string_view answer);
+  void add_fault(const std::string& path, std::string_view what, std::string_view remedy);
   const Status& status() const { return first_; }
   const Faults& faults() const { return faults_; }
 
@@ -53,7 +53,7 @@ class JsonNode {
   /// Notes this error with its code.
   void fail(const Status& error) const;
   /// Adds a fault that is no error.
-  void fault(std::string_view what, std::string_view answer) const { errors_->add_fault(path_, what, answer); }
+  void fault(std::string_view what, std::string_view remedy) const { errors_->add_fault(path_, what, remedy); }
 
   /// A member of an object. Not present if there is none.
   JsonNode operator[](std::string_view key) const;

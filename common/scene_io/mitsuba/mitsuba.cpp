@@ -120,11 +120,11 @@ Status MitsubaWorld::set_views(const MitsubaObject& scene) {
 Status MitsubaWorld::say_integrator(const MitsubaObject& scene) {
   const std::vector<const MitsubaObject*> all = scene.nested("integrator");
   if (all.size() > 1) {
-    return all[1]->place.error("a scene has one integrator");
+    return all[1]->place.error("at most one integrator is possible, got {}", all.size());
   }
   for (const MitsubaObject* integrator : all) {
-    notices_.left_out(fmt::format("the integrator: the job has its method (the file asks for \"{}\")",
-                                  cut_text(printable(integrator->type), 80)));
+    notices_.left_out(
+        fmt::format("the integrator \"{}\" (the job's method is used)", cut_text(printable(integrator->type), 80)));
     say_options(*integrator);
     for (const MitsubaObject* inner : integrator->nested("integrator")) {  // of a moment or aov integrator
       say_options(*inner);
@@ -138,7 +138,7 @@ void MitsubaWorld::say_options(const MitsubaObject& integrator) {
     notices_.left_out("hide_emitters: the camera sees all lights");
   }
   if (const std::int64_t depth = integrator.whole("max_depth", -1, -1, 1'000'000'000); depth >= 0) {
-    notices_.left_out(fmt::format("max_depth {} of the integrator: light has all its bounces", depth));
+    notices_.left_out(fmt::format("max_depth {} of the integrator (bounces are not limited by it)", depth));
   }
 }
 
@@ -212,7 +212,8 @@ Status MitsubaWorld::add_instance(const MitsubaObject& from) {
 Result<Material> MitsubaWorld::material_of(const MitsubaObject& from, bool in_group, bool& visible, bool& one_sided) {
   const std::vector<const MitsubaObject*> bsdfs = from.nested("bsdf"), emitters = from.nested("emitter");
   if (bsdfs.size() > 1 || emitters.size() > 1) {
-    return from.place.error("{}: a shape has one bsdf and one emitter at most", from.what());
+    return from.place.error("{}: at most one bsdf and one emitter are possible, got {} and {}", from.what(),
+                            bsdfs.size(), emitters.size());
   }
   MitsubaSurface surface;
   if (!bsdfs.empty()) {

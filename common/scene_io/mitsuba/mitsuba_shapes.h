@@ -19,7 +19,7 @@ struct MitsubaMeshNeeds {
 
 /// A shape in its object's coordinates.
 struct MitsubaShape {
-  bool ball = false;    ///< a sphere, that of radius 1 around the origin. Else the mesh counts
+  bool ball = false;    ///< a sphere, that of radius 1 around the origin. Otherwise the shape is the mesh
   bool inward = false;  ///< of a sphere: the normal points to the centre
   bool closed = false;  ///< its inside cannot be seen
   Sha256 mesh;          ///< its asset

@@ -16,9 +16,9 @@ std::string value_of(const MitsubaAttributes& given, std::string_view name);
 /// The values of <default>, which stand for "$name" in attributes.
 class MitsubaDefaults {
  public:
-  /// The first value of a name counts.
+  /// The first definition of a name is used.
   Status add(const std::string& name, const std::string& value, const SourcePlace& place);
-  /// `text` with values instead of names. The longest name that fits counts. "\$" is a dollar sign.
+  /// `text` with values instead of names. The longest matching name is used. "\$" is a dollar sign.
   Result<std::string> substitute(std::string_view text, const SourcePlace& place);
 
  private:

@@ -116,14 +116,15 @@ Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, const Transfo
   out.camera.name = utf8_text(sensor.label());
   const std::vector<const MitsubaObject*> films = sensor.nested("film"), samplers = sensor.nested("sampler");
   if (films.size() > 1 || samplers.size() > 1) {
-    return sensor.place.error("{}: a sensor has one film and one sampler", sensor.what());
+    return sensor.place.error("{}: at most one film and one sampler are possible, got {} and {}", sensor.what(),
+                              films.size(), samplers.size());
   }
   for (const MitsubaObject* film : films) {
     LM_RETURN_IF_ERROR(read_hdrfilm(*film, out.film, notices, faults));
   }
   for (const MitsubaObject* sampler : samplers) {
     const std::int64_t samples = sampler->whole("sample_count", 4, 1, std::int64_t{1} << 40);
-    notices.left_out(fmt::format("the sampler: the job has its samples (the file asks for {} per pixel)", samples));
+    notices.left_out(fmt::format("the sampler's {} samples per pixel (the job's samples are used)", samples));
   }
   read_lens(sensor, world_to_scene, out);
   LM_RETURN_IF_ERROR(sensor.finish(faults));

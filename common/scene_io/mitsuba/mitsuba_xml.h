@@ -8,7 +8,7 @@
 
 namespace lightmill {
 
-/// The folders of <path>, with a slash at the end. The first one counts first.
+/// The folders of <path>, with a slash at the end. They are searched in this order.
 using MitsubaFolders = std::vector<std::string>;
 
 /// The file in one of the folders, else in that of the scene.

@@ -85,7 +85,7 @@ class PbrtReader {
     return ok_status();
   }
 
-  /// A quoted type, and the parameters that follow it. Later attributes count before earlier ones.
+  /// A quoted type, and the parameters that follow it. Later attributes override earlier ones.
   Result<PbrtEntity> entity(PbrtTokens& tokens, const SourcePlace& place, std::string_view directive,
                             const std::string& attributes = "") {
     LM_ASSIGN_OR_RETURN(std::string type, tokens.string(directive));
@@ -212,7 +212,7 @@ class PbrtReader {
     return ok_status();
   }
   Status job_setting(PbrtTokens& tokens, const SourcePlace& place) {
-    world_.notices().left_out("Sampler, Integrator and Accelerator: the job has its samples and method");
+    world_.notices().left_out("Sampler, Integrator and Accelerator (the job's samples and method are used)");
     return entity(tokens, place, "a type").status();
   }
   Status option(PbrtTokens& tokens, const SourcePlace&) {
@@ -278,7 +278,7 @@ class PbrtReader {
       attributes.push_back(std::move(copy));
     }
     return attributes.size() <= kMaxAttributes ? ok_status()
-                                                : place.error("Attribute: there are more than {}", kMaxAttributes);
+                                               : place.error("Attribute: there are more than {}", kMaxAttributes);
   }
   Status object_begin(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a name"));

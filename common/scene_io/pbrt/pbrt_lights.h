@@ -9,7 +9,7 @@ namespace lightmill {
 /// An AreaLightSource "diffuse". pbrt's lights have the luminance 1 of their spectrum, times an rgb, times the scale.
 struct PbrtAreaLight {
   RgbColor radiance;  ///< without the power
-  double power = 0;   ///< W that each shape radiates; 0: the radiance counts
+  double power = 0;   ///< W that each shape radiates; 0: `radiance` is used
   bool two_sided = false;
 };
 Result<std::optional<PbrtAreaLight>> read_pbrt_area_light(const std::string& type, const PbrtParameters& from,

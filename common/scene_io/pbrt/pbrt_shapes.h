@@ -12,7 +12,7 @@ namespace lightmill {
 
 /// A shape in its own coordinates.
 struct PbrtShape {
-  std::optional<double> ball;  ///< a full sphere around the origin: its radius. Else the mesh counts
+  std::optional<double> ball;  ///< a full sphere around the origin: its radius. Otherwise the shape is the mesh
   Mesh mesh;
   Transform to_object = kIdentityTransform;  ///< from the mesh's coordinates
   /// Triangles of one pbrt shape. Each of them has the full power of its light. 0: unknown.

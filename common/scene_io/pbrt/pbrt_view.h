@@ -12,7 +12,7 @@ struct PbrtEntity {
   PbrtParameters parameters;
 };
 
-/// The directives before WorldBegin. Without a directive, pbrt's defaults count.
+/// The directives before WorldBegin. Without a directive, pbrt's defaults apply.
 struct PbrtOptions {
   std::optional<PbrtEntity> camera, film, filter;
   Transform camera_from_world = kIdentityTransform;  ///< at the Camera directive

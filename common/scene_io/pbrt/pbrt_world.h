@@ -82,7 +82,7 @@ class PbrtWorld {
   /// Whether the material has no texture. One that is not defined yet may have some.
   bool is_plain(const PbrtState& state, const SourcePlace& place) const;
   Result<Material> material_of(const Use& use);
-  /// Where media are within each other, the inner one counts.
+  /// Where media are within each other, the inner one applies.
   Status set_priorities();
   void merge_skies();
 

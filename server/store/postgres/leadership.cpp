@@ -19,9 +19,9 @@ namespace {
 constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
 /// Time limit of a statement that copies all pixels.
 constexpr auto kMigrationPatience = std::chrono::hours(6);
-/// Pause between two looks of a standby coordinator.
+/// Pause between two checks of a standby coordinator.
 constexpr auto kCheckPause = std::chrono::milliseconds(300);
-/// A coordinator is gone if it has no connection in this number of looks in a row. In fewer looks, the database may
+/// A coordinator is gone if it has no connection in this number of checks in a row. In fewer checks, the database may
 /// have a short outage.
 constexpr int kChecksUntilGone = 4;
 

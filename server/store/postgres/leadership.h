@@ -60,7 +60,7 @@ class Leadership {
  private:
   explicit Leadership(Options options);
   Status stand_by();
-  /// Ends the lease of a killed coordinator: one without connections in several looks in a row.
+  /// Ends the lease of a killed coordinator: one without connections in several checks in a row.
   Status end_lease_of_gone(Session& session);
   /// Compares the database with the record, and updates the record. FAILED_PRECONDITION if the database is behind.
   Status verify_chain(Session& session);

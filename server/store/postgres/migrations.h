@@ -1,4 +1,4 @@
-// Migrations of a database from the formats before. Each keeps the old tables. Nothing else may use it. Each needs a
+// Migrations of a database from earlier formats. Each keeps the old tables. Nothing else may use it. Each needs a
 // session that prepares no statements, and whose time limit allows a copy of all pixels.
 #pragma once
 

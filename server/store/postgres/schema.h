@@ -111,7 +111,7 @@ CREATE TABLE job_progress (
   checksum BIGINT NOT NULL
 ) WITH (fillfactor = 50);
 
--- Films. A row is a node of a tile's forest. `hash` is row_hash_of(node), 16 bytes, high word first. Nodes are short-lived.
+-- Films. A row is a node of a tile's forest. `hash` is row_hash_of(node), 16 bytes, high word first.
 CREATE TABLE nodes (
   job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
   tile BIGINT NOT NULL,
@@ -178,7 +178,8 @@ CREATE TABLE audit_secret (
   checksum BYTEA NOT NULL -- SHA-256 of it
 );
 INSERT INTO audit_secret SELECT drawn, sha256(drawn) FROM (
-  SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'))) AS d (drawn);
+  SELECT sha256(convert_to(
+    gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'))) AS d (drawn);
 )sql";
 
 }  // namespace lightmill::postgres

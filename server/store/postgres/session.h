@@ -49,8 +49,8 @@ class Session final : public stored::RowSource {
   Result<Rows> query(const char* sql) { return query(sql, Parameters()); }
 
   /// A batch of prepared statements, sent without waiting for replies: begin, add …, finish. finish_batch() returns the
-  /// errors of add(). Statements after a failed one do not run. After an error the batch is over, and its transaction is
-  /// rolled back.
+  /// errors of add(). Statements after a failed one do not run. After an error the batch is over, and its transaction
+  /// is rolled back.
   Status begin_batch();
   void add(int statement, const Parameters& parameters);
   void add(int statement) { add(statement, Parameters()); }

@@ -24,15 +24,14 @@ Result<Summary> read_summary(Session& session) {
                       session.query("SELECT epoch, commits, highest_job, sums, checksum FROM summary"));
   Summary summary;
   if (rows.size() != 1) {
-    return damaged(session, "the row that sums up its commits is missing, or there are several");
+    return damaged(session, fmt::format("the table summary must have one row, got {}", rows.size()));
   }
   summary.epoch = rows.natural(0, 0);
   summary.commits = rows.natural(0, 1);
   summary.highest_job = rows.natural(0, 2);
   LM_ASSIGN_OR_RETURN(summary.sums, stored::RowSums::from_bytes(rows.view(0, 3)));
-  return rows.integer(0, 4) == checksum_of(summary)
-             ? Result<Summary>(summary)
-             : damaged(session, "the row that sums up its commits has a wrong checksum");
+  return rows.integer(0, 4) == checksum_of(summary) ? Result<Summary>(summary)
+                                                    : damaged(session, "the table summary has a wrong checksum");
 }
 
 Status check_turn(Session& session) {
@@ -42,21 +41,20 @@ Status check_turn(Session& session) {
       session.query("SELECT turn.epoch, turn.commits, turn.highest_job, summary.epoch, summary.commits, "
                     "summary.highest_job FROM turn, summary, lease, audit_secret"));
   if (rows.size() != 1) {
-    return damaged(session, "a row that all coordinators need is missing, or there are several");
+    return damaged(session, "the tables turn, summary, lease and audit_secret must have one row each");
   }
   const std::uint64_t epoch = rows.natural(0, 0), commits = rows.natural(0, 1), written = rows.natural(0, 3);
   const bool agrees = epoch == written ? commits == rows.natural(0, 4) : epoch > written && commits == 0;
   return agrees && rows.natural(0, 2) == rows.natural(0, 5)
              ? ok_status()
-             : damaged(session, fmt::format("the row that counts its commits is damaged: epoch {}, commit {}, highest "
-                                            "job {}",
-                                            epoch, commits, rows.natural(0, 2)));
+             : damaged(session, fmt::format("the table turn is damaged: epoch {}, commit {}, highest job {}", epoch,
+                                            commits, rows.natural(0, 2)));
 }
 
 Status create_summary(Session& session, const stored::RowSums& sums) {
   LM_ASSIGN_OR_RETURN(const Rows turn, session.query("SELECT epoch, commits, highest_job FROM turn"));
   if (turn.size() != 1) {
-    return damaged(session, "the row that counts its commits is missing, or there are several");
+    return damaged(session, fmt::format("the table turn must have one row, got {}", turn.size()));
   }
   const Summary summary{turn.natural(0, 0), turn.natural(0, 1), turn.natural(0, 2), sums};
   const std::string bytes = sums.bytes();

@@ -1,4 +1,4 @@
-// Reader of stores of format 12, the previous one.
+// Reader of stores of format 12, the oldest format that can be converted.
 #pragma once
 
 #include "server/domain/stored_rows.h"

@@ -1,4 +1,4 @@
-// Step from formats 13 and 14. They have the rows of this format, and no sums over them.
+// Conversion of an SQLite store from format 13 or 14 to the current format. The rows stay; sums over them are added.
 #pragma once
 
 #include "server/store/sqlite/database.h"

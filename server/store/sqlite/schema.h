@@ -14,8 +14,8 @@ inline constexpr const char* kHighestJob = "SELECT coalesce(max(seq), 0) FROM sq
 inline constexpr const char* kLossAdvice =
     "Restore a backup of the whole data folder, or start once with --accept-loss to continue with what is left";
 
-/// Applies the settings and checks the format. `may_be_new`: nothing was ever acknowledged here, so an empty file gets
-/// its tables and the values of `first`.
+/// Applies the settings and checks the format. `is_new`: the file did not exist. `may_be_new`: nothing was ever
+/// acknowledged here, so an empty file gets its tables and the values of `first`.
 Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new,
                     const Beginning& first);
 

@@ -341,8 +341,8 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
 
 // ---- migration ----
 
-/// The state in the file, if it has the previous format.
-Result<std::optional<StoredState>> read_format_before(const fs::path& file) {
+/// The state in the file, if it has format 12 (kOldestFormat).
+Result<std::optional<StoredState>> read_format_12(const fs::path& file) {
   std::error_code ignored;
   if (fs::file_size(file, ignored) == 0 || ignored) {
     return std::nullopt;
@@ -360,10 +360,10 @@ Result<std::optional<StoredState>> read_format_before(const fs::path& file) {
   return state;
 }
 
-/// Replaces a file of the previous format by a new one, and keeps the old one next to it. After a power failure at any
-/// time, one of the two is in place.
+/// Replaces a file of format 12 by one of the current format, and keeps the old one next to it. After a power failure
+/// at any time, one of the two is in place.
 Status migrate(const fs::path& file) {
-  LM_ASSIGN_OR_RETURN(const std::optional<StoredState> state, read_format_before(file));
+  LM_ASSIGN_OR_RETURN(const std::optional<StoredState> state, read_format_12(file));
   if (!state) {
     return ok_status();
   }

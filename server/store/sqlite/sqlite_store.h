@@ -10,8 +10,8 @@ namespace lightmill {
 
 /// Format version, in PRAGMA user_version.
 inline constexpr int kSqliteFormatVersion = 15;
-/// Since this version, all rows but the store's own are the same. Rows of nodes may have other hashes in it, which are
-/// still known (stored::node_of).
+/// Since this version, only the store's own row has changed. In rows of nodes, stored::node_of also accepts the older
+/// hash.
 inline constexpr int kSameRowsVersion = 13;
 
 struct SqliteOptions {
@@ -24,7 +24,8 @@ struct SqliteOptions {
 /// - DATA_LOSS: not a database, damaged, or acknowledged commits are lost.
 ///
 /// Nodes have checksums. load() logs damaged nodes and leaves them out, so their samples are rendered again.
-/// FAILED_PRECONDITION from load(): small rows are lost, or of an earlier commit. Such tiles are rendered again.
+/// FAILED_PRECONDITION from load(): small rows are lost, or of an earlier commit. Tiles with lost or old rows of nodes
+/// or results are rendered again.
 Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& file, const SqliteOptions& options = {});
 
 }  // namespace lightmill

@@ -65,7 +65,7 @@ TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
   }
   std::filesystem::permissions(certs() + "/ca.key", std::filesystem::perms(0644));
   EXPECT_TRUE(says(lightmill({"certs", "person", certs(), "eve"}).err,
-                   "everybody on this machine can read the authority's key"));
+                   "other users of this machine can read the authority's key"));
   std::filesystem::permissions(certs() + "/ca.key", std::filesystem::perms(0600));
   EXPECT_TRUE(says(failure({"certs", "init", certs()}), "there is an authority in " + certs()));
   const nlohmann::json before = json({"certs", "show", pem("ada")})["certificates"][0];
@@ -147,7 +147,7 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_EQ(job["owner"], "ada") << "the owner is the name in her certificate";
   EXPECT_EQ(json(as("ada", {"jobs"}))["jobs"].size(), 1u);
   EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
-  EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));
+  EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job belongs to another user"));
   EXPECT_TRUE(
       says(failure(as("", {"jobs"})), "got neither a certificate nor a token: give --tls-cert or --token-file"));
   EXPECT_TRUE(

@@ -214,7 +214,7 @@ TEST(UsageErrors, HaveNoWordsOfTheParser) {
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--size"}), "--size: a value is expected, got none");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--stones", "few"}), "--stones: a number is expected, got 'few'");
   EXPECT_EQ(Mill().error_of({"grow", "--rye=much"}), "--rye takes no value, got 'much'");
-  EXPECT_EQ(Mill().error_of({"grow", "--rye", "--oats"}), "--rye and --oats do not go together");
+  EXPECT_EQ(Mill().error_of({"grow", "--rye", "--oats"}), "--rye and --oats cannot be combined");
   EXPECT_EQ(Mill().error_of({"grow", "--late"}), "--late is given without --rye");
 }
 

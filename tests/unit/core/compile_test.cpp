@@ -75,7 +75,7 @@ TEST(CompiledMeshes, EmissiveCopiesAreHeldSeparately) {
   EXPECT_EQ(compiled.status().code(), absl::StatusCode::kResourceExhausted);
   // 988 · 202,248 is below 200 million, 989 · 202,248 is not.
   EXPECT_NE(message_of(compiled.status())
-                .find("objects[988] \"grid 988\": the scene has more triangles than --scene-triangles 2000"),
+                .find("objects[988] \"grid 988\": the scene has more triangles than the worker's limit of 2000"),
             std::string::npos)
       << message_of(compiled.status());
 }
@@ -116,7 +116,7 @@ TEST(CompiledTextures, HaveACommonLimit) {
   const auto two = compile(load_text(two_textures("b.png"), {{"a.png", "a"}, {"b.png", "b"}}), image, options);
   ASSERT_FALSE(two.ok());
   EXPECT_EQ(message_of(two.status()),
-            "textures[1] \"b\": the scene's images need more than --images-gib 0.0009766 of the worker allows");
+            "textures[1] \"b\": the scene's images need more than the worker's limit of 0.0009766 GiB (--images-gib)");
 }
 
 TEST(CompiledMeshes, TheTriangleLimitCountsInstancesOnce) {
@@ -141,8 +141,8 @@ TEST(CompiledMeshes, TheTriangleLimitCountsInstancesOnce) {
   const auto refused = CompiledScene::compile(scene, assets, nullptr, options);
   EXPECT_EQ(refused.status().code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(message_of(refused.status()),
-            "objects[0] \"strip 0\": the scene has more triangles than --scene-triangles 63 of the worker allows "
-            "(instances of a mesh count once)");
+            "objects[0] \"strip 0\": the scene has more triangles than the worker's limit of 63 "
+            "(--scene-triangles; instances of a mesh count once)");
 }
 
 /// A ball under one light.
@@ -171,7 +171,7 @@ TEST(CompiledEnvironment, CountsTheBytesOfItsPreparation) {
   const auto bytes = [](ByteView, const std::string&) -> Result<Texels> {
     return Texels{256, 128, std::vector<std::uint32_t>(kPixels, 0xff808080), {}, true};
   };
-  const std::string refused = "lights[0] \"sky\": the scene's images need more than --images-gib ";
+  const std::string refused = "lights[0] \"sky\": the scene's images need more than the worker's limit of ";
   EXPECT_EQ(compiled(floats, 28 * kPixels, ball_under(sky)), "no error");
   EXPECT_TRUE(compiled(floats, 28 * kPixels - 1, ball_under(sky)).starts_with(refused));
   EXPECT_EQ(compiled(bytes, 24 * kPixels + 4 * 128, ball_under(sky)), "no error");

@@ -273,7 +273,7 @@ TEST(DecodeMesh, LiesOfADecoderAreFoundOut) {
   }
   EXPECT_EQ(error_of("outside"), "the compressed data are damaged: vertex 9 is out of range, there are 9");
   for (const std::string lie : {"nothing", "short"}) {
-    EXPECT_EQ(error_of(lie), "the compressed data are damaged: their decoder gives less than it says") << lie;
+    EXPECT_EQ(error_of(lie), "the compressed data are damaged: the decoder sent less than it announced") << lie;
   }
 }
 

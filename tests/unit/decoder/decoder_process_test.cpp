@@ -176,7 +176,8 @@ TEST(DecoderProcess, ErrorsNameTheLimit) {
   DecoderProcess decoder(built());
   const Status pixels = decoder.decode(as_byte_view(large), "a.png", 4095).status();
   EXPECT_EQ(pixels.code(), StatusCode::kResourceExhausted);
-  EXPECT_EQ(message_of(pixels), "a.png: 64x64 pixels are more than --image-megapixels 0.003905 of the worker allows");
+  EXPECT_EQ(message_of(pixels),
+            "a.png: 64x64 pixels are more than the worker's limit of 0.003905 megapixels (--image-megapixels)");
 }
 
 TEST(DecoderProcess, AMissingDecoderIsReported) {

@@ -68,10 +68,10 @@ bool spends_all(const std::vector<TileNoise>& tiles, const std::vector<int>& shi
   return mean_share(tiles, shifts) <= 1 && !more_fits;
 }
 
-std::vector<int> shifts_of(const Gain& gain, std::size_t tiles) {
+std::vector<int> shifts_of(const AllocationResult& result, std::size_t tiles) {
   std::vector<int> shifts;
   for (std::uint32_t i = 0; i < tiles; ++i) {
-    shifts.push_back(gain.allocation.shift(TileId{i}));
+    shifts.push_back(result.allocation.shift(TileId{i}));
   }
   return shifts;
 }
@@ -80,9 +80,9 @@ std::vector<int> shifts_of(const Gain& gain, std::size_t tiles) {
 // 4)·5.
 TEST(Allocate, NoisyTilesGetMore) {
   const std::vector<TileNoise> tiles{{10, 100, 1}, {10, 1, 1}, {10, 1, 1}, {10, 1, 1}, {10, 1, 1}};
-  const Gain gain = allocate(tiles, 0);
-  EXPECT_EQ(shifts_of(gain, 5), (std::vector<int>{1, 0, 0, -1, -1}));
-  EXPECT_DOUBLE_EQ(gain.gain, 520.0 / 300);
+  const AllocationResult result = allocate(tiles, 0);
+  EXPECT_EQ(shifts_of(result, 5), (std::vector<int>{1, 0, 0, -1, -1}));
+  EXPECT_DOUBLE_EQ(result.gain, 520.0 / 300);
   // If the noisy tile costs as much more, its noise gives no gain.
   EXPECT_TRUE(allocate(std::vector<TileNoise>{{10, 100, 100}, {10, 1, 1}}, 0).allocation.even());
 }
@@ -130,10 +130,10 @@ TEST(Allocate, IsNearlyOptimal) {
       pixels += tiles.back().pixels;
     }
     const double shared = run % 2 == 0 ? 0 : 0.3 * pixels;
-    const Gain gain = allocate(tiles, shared);
+    const AllocationResult result = allocate(tiles, shared);
     const double even = inefficiency(tiles, std::vector<int>(kTiles, 0), shared);
-    EXPECT_NEAR(gain.gain, even / inefficiency(tiles, shifts_of(gain, kTiles), shared), 1e-9 * gain.gain);
-    EXPECT_TRUE(spends_all(tiles, shifts_of(gain, kTiles)) || gain.allocation.even());
+    EXPECT_NEAR(result.gain, even / inefficiency(tiles, shifts_of(result, kTiles), shared), 1e-9 * result.gain);
+    EXPECT_TRUE(spends_all(tiles, shifts_of(result, kTiles)) || result.allocation.even());
     double best = 1;
     for (int code = 0; code < 3125; ++code) {
       std::vector<int> shifts;
@@ -144,8 +144,8 @@ TEST(Allocate, IsNearlyOptimal) {
         best = std::max(best, even / inefficiency(tiles, shifts, shared));
       }
     }
-    EXPECT_LE(gain.gain, best * (1 + 1e-9));
-    ratios += gain.gain / best / kRuns;
+    EXPECT_LE(result.gain, best * (1 + 1e-9));
+    ratios += result.gain / best / kRuns;
     gains += best / kRuns;
   }
   EXPECT_GT(gains, 1.2) << "or there is nothing to be found";

@@ -29,8 +29,8 @@ test::TestScene half_dark() {
       .resized(256, 128);
 }
 
-std::vector<std::int8_t> shifts_of(const Gain& gain) {
-  return {gain.allocation.shifts().begin(), gain.allocation.shifts().end()};
+std::vector<std::int8_t> shifts_of(const AllocationResult& result) {
+  return {result.allocation.shifts().begin(), result.allocation.shifts().end()};
 }
 
 TEST(TileNoise, PatchesLieInTheMiddleOfCells) {
@@ -71,19 +71,19 @@ TEST(TileNoise, LargePicturesTakeNoMorePixels) {
 
 TEST(TileNoise, TilesOfARegionShareAnEstimate) {
   // So few pixels that each half of the picture, 2×2 tiles, is one region.
-  const Gain gain =
+  const AllocationResult result =
       find_allocation(half_dark().compiled(), {"path", 3, 0, TileGrid({0, 0, 256, 128}, 1), 1 << 10}).value();
-  ASSERT_EQ(shifts_of(gain).size(), 9u);
+  ASSERT_EQ(shifts_of(result).size(), 9u);
   for (const std::uint32_t tile : {0u, 1u, 4u, 5u}) {
-    EXPECT_LT(gain.allocation.shift(TileId{tile}), 0) << "black, " << tile;
-    EXPECT_GE(gain.allocation.shift(TileId{tile + 2}), 0) << "lit, " << tile;
+    EXPECT_LT(result.allocation.shift(TileId{tile}), 0) << "black, " << tile;
+    EXPECT_GE(result.allocation.shift(TileId{tile + 2}), 0) << "lit, " << tile;
   }
 }
 
 TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
   const auto scene = half_dark().compiled();
   const TileGrid grid({0, 0, 256, 128}, 1);
-  const Gain path = find_allocation(scene, {"path", 3, 0, grid}).value();
+  const AllocationResult path = find_allocation(scene, {"path", 3, 0, grid}).value();
   ASSERT_EQ(shifts_of(path).size(), 9u);
   for (const std::uint32_t row : {0u, 1u}) {
     EXPECT_LT(path.allocation.shift(TileId{4 * row}), 0) << "black, row " << row;
@@ -97,9 +97,9 @@ TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
 
 TEST(TileNoise, ANoiselessPictureHasAUniformAllocation) {
   const auto scene = half_dark().compiled();
-  const Gain gain = find_allocation(scene, {"preview", 3, 0, TileGrid({0, 0, 64, 64})}).value();
-  EXPECT_TRUE(gain.allocation.even());
-  EXPECT_EQ(gain.gain, 1);
+  const AllocationResult result = find_allocation(scene, {"preview", 3, 0, TileGrid({0, 0, 64, 64})}).value();
+  EXPECT_TRUE(result.allocation.even());
+  EXPECT_EQ(result.gain, 1);
 }
 
 TEST(TileNoise, AStoppedSearchReturnsCancelled) {

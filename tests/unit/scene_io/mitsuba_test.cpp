@@ -233,9 +233,9 @@ TEST(MitsubaSensor, FilmFilterAndCropAreRead) {
 <integer name="crop_width" value="4"/></film><sampler type="multijitter"><integer name="sample_count" value="36"/></sampler></sensor>)");
   EXPECT_EQ(loaded.scene.film.filter.kind, FilterKind::tent);
   EXPECT_EQ(loaded.scene.film.filter.radius_pixels, 1);
-  EXPECT_EQ(loaded.notices, (std::vector<std::string>{
-                                "the whole film is rendered: --crop 5,0,4,10 renders the scene's crop window",
-                                "left out: the sampler: the job has its samples (the file asks for 36 per pixel)"}));
+  EXPECT_EQ(loaded.notices,
+            (std::vector<std::string>{"the whole film is rendered: --crop 5,0,4,10 renders the scene's crop window",
+                                      "left out: the sampler's 36 samples per pixel (the job's samples are used)"}));
   EXPECT_EQ(seen_by("<sensor type=\"perspective\"/>").scene.film.filter.kind, FilterKind::gaussian);
 }
 
@@ -257,14 +257,14 @@ TEST(MitsubaIntegrator, IsLeftOutWithANotice) {
 <boolean name="hide_emitters" value="true"/></integrator>)") +
                                            kSphere);
   EXPECT_EQ(loaded.notices,
-            (std::vector<std::string>{"left out: the integrator: the job has its method (the file asks for \"path\")",
+            (std::vector<std::string>{"left out: the integrator \"path\" (the job's method is used)",
                                       "left out: hide_emitters: the camera sees all lights",
-                                      "left out: max_depth 3 of the integrator: light has all its bounces"}));
+                                      "left out: max_depth 3 of the integrator (bounces are not limited by it)"}));
   EXPECT_EQ(mitsuba_scene(std::string(R"(<integrator type="moment"><integrator type="direct"><integer name="max_depth"
 value="2"/></integrator></integrator>)") +
                           kSphere)
                 .notices.back(),
-            "left out: max_depth 2 of the integrator: light has all its bounces");
+            "left out: max_depth 2 of the integrator (bounces are not limited by it)");
 }
 
 template <class Kind>

@@ -267,10 +267,10 @@ TEST(PbrtFile, MotionAndJobSettingsAreLeftOut) {
   const Result<LoadedScene> options = read_text(
       "Option \"seed\" 5 Sampler \"halton\" \"integer pixelsamples\" 4 Integrator \"path\" WorldBegin Shape \"sphere\"");
   ASSERT_TRUE(options.ok()) << options.status();
-  EXPECT_EQ(
-      options->notices,
-      (std::vector<std::string>{"left out: Option directives",
-                                "left out: Sampler, Integrator and Accelerator: the job has its samples and method"}));
+  EXPECT_EQ(options->notices,
+            (std::vector<std::string>{
+                "left out: Option directives",
+                "left out: Sampler, Integrator and Accelerator (the job's samples and method are used)"}));
 }
 
 }  // namespace

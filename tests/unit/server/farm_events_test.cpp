@@ -23,7 +23,7 @@ class FarmEventsTest : public ::testing::Test {
     events_.add(2000, {Note::Level::info, "job 1 starts on worker a", JobId{1}, "a"}, "ada");
     events_.add(3000, {Note::Level::warning, "job 1 is failed", JobId{1}}, "ada");
     events_.add(4000, {Note::Level::info, "job 2 is done", JobId{2}}, "bob");
-    events_.add(5000, {Note::Level::warning, "no work is handed out"}, "");
+    events_.add(5000, {Note::Level::warning, "leasing is stopped"}, "");
   }
   FarmEvents events_;
 };

@@ -320,7 +320,7 @@ TEST_F(LostWorkersTest, AStartWithOldJobsIsNotAPause) {
   restart(std::move(stored));
   coordinator->tick(now, unix_ms(), effects);
   for (const Note& note : effects.notes) {
-    EXPECT_EQ(note.text.find("stood still"), std::string::npos) << note.text;
+    EXPECT_EQ(note.text.find("was stopped"), std::string::npos) << note.text;
   }
 }
 

@@ -412,7 +412,7 @@ TEST_F(OperationCallTest, TheOtherAssetsOfAJobWithADamagedAssetAreChecked) {
     ASSERT_TRUE(context.farm.submit(spec, context.now, context.unix_ms, context.effects).ok());
     EXPECT_EQ(context.farm.assets(sha256("one")), (std::set{sha256("one"), sha256("two"), sha256("three")}));
   });
-  runtime->check_assets_beside(sha256("one"));
+  runtime->check_assets_of_same_jobs(sha256("one"));
   EXPECT_TRUE(eventually([&] { return !has("one") && !has("two"); }));
   EXPECT_TRUE(has("three"));
   EXPECT_TRUE(has("four")) << "no job names it beside the damaged one";

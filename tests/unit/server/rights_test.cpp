@@ -48,9 +48,10 @@ TEST(Rights, RefusalsNameTheNeededRoles) {
   EXPECT_EQ(message_of(check_call(ada({Role::view}), kCancelJob)),
             "'ada' (roles: view; by certificate) may not change jobs. Roles that may: submit, operate, admin")
       << "with their own jobs";
-  EXPECT_EQ(message_of(check_job(ada({Role::submit}), kGetFilm, "bob")),
-            "the job is somebody else's: 'ada' (roles: submit; by certificate) may not see jobs of others. Roles that "
-            "may: view, operate, admin");
+  EXPECT_EQ(
+      message_of(check_job(ada({Role::submit}), kGetFilm, "bob")),
+      "the job belongs to another user: 'ada' (roles: submit; by certificate) may not see jobs of others. Roles that "
+      "may: view, operate, admin");
 }
 
 TEST(Rights, AnRpcWithoutAnEntryIsNotServed) {

@@ -168,7 +168,7 @@ TEST_F(LiveHubTest, JobsOfOthersAreNeitherListedNorShown) {
     }
   }
   EXPECT_EQ(names, std::set<std::string>{"hers"});
-  EXPECT_NE(failure.find("somebody else's"), std::string::npos) << failure;
+  EXPECT_NE(failure.find("belongs to another user"), std::string::npos) << failure;
   hub->remove(page);
 }
 
