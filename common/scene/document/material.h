@@ -19,7 +19,7 @@ inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
 inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 
 inline constexpr double kMinAnisotropicAlpha = 1e-4;  ///< GGX's alpha across the direction is at least this
-inline constexpr double kMaxRotationDegrees = 1e4;      ///< of texture coordinates
+inline constexpr double kMaxRotationDegrees = 1e4;    ///< of texture coordinates
 
 /// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
@@ -92,6 +92,7 @@ struct BumpMap {
 
 struct DiffuseMaterial {
   TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
+  double roughness = 0;                         ///< of EON (common/materials/rough_diffuse.h), in [0, 1]; 0: Lambert
 };
 struct MirrorMaterial {
   TexturedColor reflectance{1, 1, 1};  ///< each in [0, 1]
@@ -168,7 +169,7 @@ struct Material {
   Opacity opacity = {};            ///< also of the emission; not of materials that light enters (is_boundary)
   NormalMap normal_map = {};       ///< of all kinds but holdouts
   BumpMap bump_map = {};           ///< instead of a normal map
-  bool single_scattering = false;  ///< rough metal and glass lose the light that meets several facets
+  bool single_scattering = false;  ///< rough surfaces lose the light that meets several facets
 };
 
 /// Whether the material has a normal map or a bump map.
