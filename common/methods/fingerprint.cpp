@@ -155,6 +155,8 @@ void add_materials(Scene& scene, double glow_exponent) {
                           .sheen_roughness = 0.25},
        {},
        false},
+      {"chalk", DiffuseMaterial{{0.9f, 0.8f, 0.6f}, 0.8}, {}, false},
+      {"clay", DiffuseMaterial{{0.6f, 0.7f, 0.9f}, 0.5}, {}, false},
   };
   scene.materials[5].emission_exponent = glow_exponent;
   scene.materials[5].light_group = "key";
@@ -167,6 +169,8 @@ void add_materials(Scene& scene, double glow_exponent) {
   scene.materials[16].opacity = {Opacity::Mode::mask, 0.9, {0, ScalarMap::Channel::alpha}, 0.4};
   scene.materials[17].normal_map = {1, 0.8};
   scene.materials[18].bump_map = {{0, ScalarMap::Channel::luminance}, -0.1};
+  scene.materials[21].roughness_map = {1, ScalarMap::Channel::r};
+  scene.materials[22].single_scattering = true;
   using Image = TextureImage;
   constexpr std::array kClamped{Image::Wrap::clamp, Image::Wrap::clamp};
   scene.textures = {
@@ -194,6 +198,8 @@ void add_room(TestScene& test) {
   test.add(9, SphereShape{{0.4, 0.25, 1.2}, 0.25, false});
   test.add(10, SphereShape{{1.3, 0.3, 0.9}, 0.3, false});
   test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the sphere before
+  test.add(21, SphereShape{{-0.4, 0.15, 1.4}, 0.15, false});
+  test.add(22, SphereShape{{0.8, 0.15, 1.5}, 0.15, false});
   test.scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
   test.scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
 }

@@ -43,6 +43,9 @@ void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& s
       }
       return;
     }
+    case MaterialKind::rough_diffuse:
+      visit(materials.rough_diffuse(surface, lanes), lanes);
+      return;
     case MaterialKind::mirror:
       visit(Mirror8{materials.reflectance(surface, lanes)}, lanes);
       return;

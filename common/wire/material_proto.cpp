@@ -12,6 +12,7 @@ using Textures = std::vector<TextureImage>;
 
 void to_wire_kind(const DiffuseMaterial& m, const Textures& textures, v1::Material* out) {
   to_wire_textured(m.reflectance, textures, out->mutable_diffuse()->mutable_reflectance());
+  out->mutable_diffuse()->set_roughness(m.roughness);
 }
 void to_wire_kind(const MirrorMaterial& m, const Textures& textures, v1::Material* out) {
   to_wire_textured(m.reflectance, textures, out->mutable_mirror()->mutable_reflectance());
@@ -138,7 +139,7 @@ Status kind_from_wire(const std::string& path, const v1::Material& material, con
       LM_ASSIGN_OR_RETURN(const TexturedColor reflectance,
                           textured_from_wire(path + ".diffuse.reflectance", material.diffuse().has_reflectance(),
                                              material.diffuse().reflectance(), textures));
-      out.kind = DiffuseMaterial{reflectance};
+      out.kind = DiffuseMaterial{reflectance, material.diffuse().roughness()};
       return ok_status();
     }
     case v1::Material::kMirror: {

@@ -77,8 +77,7 @@ def shown(value):
 
 
 def diffuse(self, inside, weight):
-    self.without(inside, "Roughness")
-    return self.one("diffuse", inside, weight)
+    return self.one("diffuse", inside, weight, {"roughness": roughness(self, inside)})
 
 
 def alike(text):

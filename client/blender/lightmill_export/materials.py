@@ -7,7 +7,7 @@ from .anisotropy import Direction, follows, parameters
 from .bends import read_bend, read_displacement
 from .closures import ClosureReader
 from .nodes import output_of
-from .principled import OLD, SHEEN_COLOR, SHEEN_ROUGHNESS, diffuse_factor
+from .principled import OLD, OLD_DIFFUSE, SHEEN_COLOR, SHEEN_ROUGHNESS, diffuse_factor
 from .textures import Textures
 from .values import Value, ValueReader, constant, luminance
 
@@ -166,7 +166,7 @@ class MaterialMaker:
         elif len(parts) == 1:
             self.single(*parts[0])
         elif all(c.kind == "diffuse" for c, _ in parts):
-            self.diffuse(self.sum_of_colors(parts), parts[0][0].node)
+            self.diffuse(self.sum_of_colors(parts), parts[0][0].node, self.common_roughness(parts))
         else:
             self.mixture(parts)
 
@@ -176,12 +176,22 @@ class MaterialMaker:
             total = self.reader.combine(lambda a, b, share=share: a + share * b, [total, closure.color], closure.node)
         return total
 
+    def common_roughness(self, parts):
+        """The roughness of diffuse closures: their only one, or the mean."""
+        given = [closure.numbers.get("roughness", constant(0.0)) for closure, _ in parts]
+        if all(value.is_constant() and value.rgb[0] == given[0].rgb[0] for value in given):
+            return given[0]
+        self.notices.here("its diffuse shaders get the mean of their roughnesses")
+        total = sum(share for _, share in parts)
+        return constant(sum(float(self.reader.even(value, closure.node)[0]) * share / total
+                            for value, (closure, share) in zip(given, parts)))
+
     # One closure.
 
     def single(self, closure, share):
         color = Value(closure.color.rgb * share, closure.color.image, closure.color.colors)
         if closure.kind == "diffuse":
-            self.diffuse(color, closure.node)
+            self.diffuse(color, closure.node, closure.numbers.get("roughness"))
         elif closure.kind == "glossy":
             self.glossy(closure, color)
         elif closure.kind == "glass" and share > 1 - 1e-6:
@@ -193,8 +203,12 @@ class MaterialMaker:
             params = self.as_principled(closure)
             self.principled(closure.node, color, params)
 
-    def diffuse(self, color, node):
-        self.document["diffuse"] = {"reflectance": self.color(color, node, vertex=True)}
+    def diffuse(self, color, node, roughness=None):
+        out = {"reflectance": self.color(color, node, vertex=True)}
+        if roughness is not None and is_rough(roughness):
+            out.update(self.scalar(roughness, node, "roughness"))
+            self.rough(not OLD_DIFFUSE)
+        self.document["diffuse"] = out
 
     def glossy(self, closure, color):
         rough = closure.numbers["roughness"]
@@ -337,6 +351,8 @@ class MaterialMaker:
             if not p.get("lambert"):
                 factor = self.lambert_factor(own, p)
                 own = Value(own.rgb * factor, own.image, own.colors)
+            if closure.kind == "diffuse" and is_rough(closure.numbers.get("roughness", constant(0.0))):
+                self.notices.node(closure.node, "its roughness is left out of the mixture")
             color = self.reader.combine(lambda a, b, share=share: a + share * b, [color, own], closure.node)
             for name in ("anisotropy", "sheen"):
                 if p.get(name):
@@ -375,6 +391,10 @@ class MaterialMaker:
             return {name: number, map_name: mapped}
         self.document[f"{name}_map"] = mapped
         return {name: number}
+
+
+def is_rough(value):
+    return not value.is_constant() or value.rgb[0] > 0
 
 
 def hue(rgb):

@@ -14,6 +14,7 @@ from .closures import Closure
 from .values import Value, constant
 
 OLD = bpy.app.version < (4, 0, 0)
+OLD_DIFFUSE = bpy.app.version < (4, 3, 0)  # rough diffuse shaders have no multiple scattering between facets
 OLD_COAT = 0.25  # factor of the clearcoat's weight
 # The sheen of Lightmill whose albedo is within 0.007 of that of Burley's sheen, (1 − cos)⁵, at all angles.
 SHEEN_ROUGHNESS = 0.4

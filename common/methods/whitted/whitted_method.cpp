@@ -49,7 +49,8 @@ class WhittedShader {
         fixed_reflectance_(spec.glass),
         max_scatterings_(max_bounces == 0 ? kMaxWhittedBounces : max_bounces) {
     for (const MaterialKind kind : scene.materials().kinds()) {
-      may_be_smooth_ |= kind != MaterialKind::diffuse && kind != MaterialKind::phong && kind != MaterialKind::holdout;
+      may_be_smooth_ |= kind != MaterialKind::diffuse && kind != MaterialKind::rough_diffuse &&
+                        kind != MaterialKind::phong && kind != MaterialKind::holdout;
     }
   }
 
@@ -119,7 +120,7 @@ class WhittedShader {
 
   /// The smooth lobes, which LocalShading leaves out.
   DeltaLobes8 delta_lobes(MaterialKind kind, const LitVertex8& vertex, const V8& wo,
-                            const dielectric::Fresnel8& fresnel, F8 eta, M8 lanes) const {
+                          const dielectric::Fresnel8& fresnel, F8 eta, M8 lanes) const {
     const MaterialTable& materials = scene_->materials();
     switch (kind) {
       case MaterialKind::mirror:
@@ -133,6 +134,7 @@ class WhittedShader {
       case MaterialKind::principled:
         return shading_.principled(vertex, wo, lanes).smooth(wo, fresnel);
       case MaterialKind::diffuse:
+      case MaterialKind::rough_diffuse:
       case MaterialKind::phong:
       case MaterialKind::holdout:
         break;

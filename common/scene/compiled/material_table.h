@@ -9,6 +9,7 @@
 #include "common/materials/conductor.h"
 #include "common/materials/phong.h"
 #include "common/materials/principled.h"
+#include "common/materials/rough_diffuse.h"
 #include "common/materials/texture.h"
 #include "common/math/column.h"
 #include "common/math/exp_log.h"
@@ -28,6 +29,7 @@ enum class MaterialKind : std::uint32_t {
   rough_dielectric,
   principled,
   holdout,
+  rough_diffuse,
 };
 
 class MaterialTable {
@@ -73,6 +75,12 @@ class MaterialTable {
             has_anisotropy_ ? ggx::Facets8(alpha, anisotropy_.at(surface.material, lanes), surface.directed)
                             : ggx::Facets8(alpha),
             masked(compensated(surface, lanes), conductor_.mean_fresnel.at(row, lanes))};
+  }
+  RoughDiffuse8 rough_diffuse(const Surface8& surface, M8 lanes) const {
+    const F8 roughness = diffuse_.roughness.at(row_of(surface, lanes), lanes);
+    return {reflectance(surface, lanes),
+            roughness_map_.mapped ? roughness * map_at(roughness_map_, surface, lanes) : roughness,
+            compensated(surface, lanes)};
   }
   Phong8 phong(const Surface8& surface, M8 lanes) const {
     return {reflectance(surface, lanes), at(specular_, surface, lanes),
@@ -188,6 +196,9 @@ class MaterialTable {
   Column<std::uint32_t> single_scattering_;  ///< 0 or 1
   bool has_emission_profiles_ = false;       ///< an exponent is not 0
   // Fields of a kind other than colours and an index. One row per material of the kind (row_).
+  struct {
+    Column<float> roughness;
+  } diffuse_;  ///< rough ones
   struct {
     Column<float> alpha;
   } dielectric_;

@@ -92,6 +92,7 @@ struct BumpMap {
 
 struct DiffuseMaterial {
   TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
+  double roughness = 0;                         ///< of EON (common/materials/rough_diffuse.h), in [0, 1]; 0: Lambert
 };
 struct MirrorMaterial {
   TexturedColor reflectance{1, 1, 1};  ///< each in [0, 1]
@@ -168,7 +169,7 @@ struct Material {
   Opacity opacity = {};            ///< also of the emission; not of materials that light enters (is_boundary)
   NormalMap normal_map = {};       ///< of all kinds but holdouts
   BumpMap bump_map = {};           ///< instead of a normal map
-  bool single_scattering = false;  ///< rough metal and glass lose the light that meets several facets
+  bool single_scattering = false;  ///< rough surfaces lose the light that meets several facets
 };
 
 /// Whether the material has a normal map or a bump map.

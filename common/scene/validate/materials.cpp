@@ -76,15 +76,16 @@ std::optional<double> roughness_of(const Material& material) {
 Status check_maps(const std::string& path, const Material& material) {
   if (material.roughness_map.texture != kNoTexture && !(roughness_of(material) > 0)) {
     return invalid_argument(
-        "{}.roughness_map: multiplies the roughness of a dielectric, conductor or principled material, which must be "
-        "above 0",
+        "{}.roughness_map: multiplies the roughness of a diffuse, dielectric, conductor or principled material, which "
+        "must be above 0",
         path);
   }
   if (material.metallic_map.texture != kNoTexture && !std::holds_alternative<PrincipledMaterial>(material.kind)) {
     return invalid_argument("{}.metallic_map: only a principled material has one", path);
   }
   if (material.single_scattering && !roughness_of(material)) {
-    return invalid_argument("{}.single_scattering: only a dielectric, conductor or principled material has it", path);
+    return invalid_argument("{}.single_scattering: only a diffuse, dielectric, conductor or principled material has it",
+                            path);
   }
   const bool normals = material.normal_map.texture != kNoTexture, bumps = material.bump_map.map.texture != kNoTexture;
   if (normals && bumps) {
@@ -115,7 +116,10 @@ Status check_opacity(const std::string& path, const Material& material) {
 Status check_kind(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(std::visit(
       Overloaded{
-          [&](const DiffuseMaterial& m) { return check_reflectance(path + ".diffuse.reflectance", m.reflectance.rgb); },
+          [&](const DiffuseMaterial& m) {
+            LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse.reflectance", m.reflectance.rgb));
+            return check_range(path + ".diffuse.roughness", m.roughness, 0, 1);
+          },
           [&](const MirrorMaterial& m) { return check_reflectance(path + ".mirror.reflectance", m.reflectance.rgb); },
           [&](const DielectricMaterial& m) {
             LM_RETURN_IF_ERROR(check_ior(path + ".dielectric.ior", m.ior));

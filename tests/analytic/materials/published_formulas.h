@@ -13,6 +13,28 @@ inline double phong_formula(double d, double s, double exponent, const Vec3d& wo
   const double cosine = std::max(0.0, glm::dot(Vec3d(-wo.x, wo.y, -wo.z), wi));
   return (d / M_PI + s * (exponent + 2) / (2 * M_PI) * std::pow(cosine, exponent)) * wi.y;
 }
+/// The factor A of Fujii's formula.
+inline double fujii_scale(double roughness) {
+  return 1 / (1 + (0.5 - 2 / (3 * M_PI)) * roughness);
+}
+/// Oren and Nayar's model in Fujii's form.
+inline double fujii_formula(double albedo, double roughness, const Vec3d& wo, const Vec3d& wi) {
+  const double s = glm::dot(wo, wi) - wo.y * wi.y, t = s > 0 ? std::max(wo.y, wi.y) : 1;
+  return albedo / M_PI * fujii_scale(roughness) * (1 + roughness * s / t) * wi.y;
+}
+/// Its directional albedo for reflectance 1, from the exact integral.
+inline double fujii_albedo(double roughness, double cosine) {
+  const double theta = std::acos(cosine), sine = std::sin(theta);
+  const double g = sine * (theta - sine * cosine - 2.0 / 3) + 2.0 / 3 * sine / cosine * (1 - sine * sine * sine);
+  return fujii_scale(roughness) * (1 + roughness * g / M_PI);
+}
+/// EON: Fujii's model with multiple scattering (Portsmouth, Kutz and Hill 2025).
+inline double eon_formula(double albedo, double roughness, const Vec3d& wo, const Vec3d& wi) {
+  const double mean = fujii_scale(roughness) * (1 + (2.0 / 3 - 28 / (15 * M_PI)) * roughness);
+  const double again = albedo * albedo * mean / (1 - albedo * (1 - mean));
+  return fujii_formula(albedo, roughness, wo, wi) +
+         again / M_PI * (1 - fujii_albedo(roughness, wo.y)) * (1 - fujii_albedo(roughness, wi.y)) / (1 - mean) * wi.y;
+}
 inline double ggx_d(double cos_m, double alpha) {
   const double tan2 = 1 / (cos_m * cos_m) - 1;
   return alpha * alpha / (M_PI * std::pow(cos_m, 4) * std::pow(alpha * alpha + tan2, 2));

@@ -15,6 +15,9 @@ std::string phong(double d, double s, double exponent) {
 std::string conductor(double n, double k, double roughness) {
   return fmt::format(R"("conductor": {{"eta": {}, "k": {}, "roughness": {}}})", gray(n), gray(k), roughness);
 }
+std::string rough_diffuse(double albedo, double roughness) {
+  return fmt::format(R"("diffuse": {{"reflectance": {}, "roughness": {}}})", gray(albedo), roughness);
+}
 std::string glass(double ior, double roughness) {
   return fmt::format(R"("dielectric": {{"ior": {}, "roughness": {}}})", ior, roughness);
 }
@@ -36,6 +39,8 @@ TEST(GlossyFloor, ShowsAPointLightByItsFormula) {
     double f;
   } cases[] = {{phong(0.3, 0.6, 20), phong_formula(0.3, 0.6, 20, wo, wi)},
                {phong(0, 1, 200), phong_formula(0, 1, 200, wo, wi)},
+               {rough_diffuse(0.7, 0.9), eon_formula(0.7, 0.9, wo, wi)},
+               {once(rough_diffuse(0.7, 0.4)), fujii_formula(0.7, 0.4, wo, wi)},
                {once(conductor(0.2, 3.9, 0.5)), conductor_formula(0.2, 3.9, 0.25, wo, wi)},
                {once(conductor(2.9, 3.1, 0.9)), conductor_formula(2.9, 3.1, 0.81, wo, wi)},
                {once(R"("principled": {"base_color": {"rgb": [1, 1, 1]}, "metallic": 1, "roughness": 0.6})"),
@@ -122,11 +127,16 @@ TEST(WhiteFurnace, VeryRoughWhiteMetalLosesLnTwoOnlyIfItScattersOnce) {
   EXPECT_NEAR(under_sky(conductor(1, 1000, 1), 34), 1, 8e-3);
 }
 
+TEST(WhiteFurnace, VeryRoughDiffuseSurfacesLoseLightOnlyIfTheyScatterOnce) {
+  EXPECT_NEAR(under_sky(once(rough_diffuse(1, 1)), 34), fujii_albedo(1, 1), 4e-3);
+  EXPECT_NEAR(under_sky(rough_diffuse(1, 1), 34), 1, 4e-3);
+}
+
 TEST(WhiteFurnace, RoughBallsAreInvisibleToEveryMethod) {
   const std::string white = R"("principled": {"base_color": {"rgb": [1, 1, 1]}, "roughness": 0.5, )";
   for (const std::string& kind :
-       {conductor(1, 1000, 0.9), glass(1.5, 0.5), white + R"("metallic": 1})", white + R"("transmission": 1})",
-        white + R"("metallic": 0.5, "coat": 1, "coat_roughness": 0.4})"}) {
+       {conductor(1, 1000, 0.9), glass(1.5, 0.5), rough_diffuse(1, 0.8), white + R"("metallic": 1})",
+        white + R"("transmission": 1})", white + R"("metallic": 0.5, "coat": 1, "coat_roughness": 0.4})"}) {
     const auto scene = TestScene::from_text(document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 20, 16,
                                                      named("ball", kind), sphere("ball", "[0, 0, 0]", 1),
                                                      R"({"environment": {"radiance": {"rgb": [1, 1, 1]}}})"));

@@ -226,3 +226,36 @@ class ShaderNodes(unittest.TestCase):
             return []
         finally:
             scene.close()
+
+class RoughDiffuse(unittest.TestCase):
+    def mixture(self, *roughnesses):
+        """The document and the notices of a mixture of diffuse shaders."""
+        scene = Scene()
+        mix = scene.add("ShaderNodeMixShader")
+        for slot, roughness in enumerate(roughnesses, 1):
+            part = scene.tree.nodes.new("ShaderNodeBsdfDiffuse")
+            part.inputs["Roughness"].default_value = roughness
+            scene.tree.links.new(part.outputs[0], mix.inputs[slot])
+        scene.use(mix, mix.outputs[0])
+        exported = scene.export()
+        scene.close()
+        return exported
+
+    def test_the_roughness_is_kept(self):
+        scene = Scene()
+        scene.diffuse.inputs["Roughness"].default_value = 0.5
+        document, notices = scene.export()
+        scene.close()
+        self.assertIn("'roughness': 0.5", document)
+        self.assertEqual("'single_scattering': True" in document, bpy.app.version < (4, 3, 0))
+        self.assertEqual(notices, [])
+
+    def test_a_mixture_has_the_common_roughness(self):
+        document, notices = self.mixture(0.25, 0.25)
+        self.assertIn("'roughness': 0.25", document)
+        self.assertEqual(notices, [])
+
+    def test_a_mixture_of_two_roughnesses_has_the_mean_and_a_notice(self):
+        document, notices = self.mixture(0.25, 0.75)
+        self.assertIn("'roughness': 0.5", document)
+        self.assertTrue(named(notices, "mean of their roughnesses"), notices)

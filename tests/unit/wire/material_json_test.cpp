@@ -240,12 +240,14 @@ TEST(MaterialJson, NormalMapsAndBumpMapsAreRead) {
 }
 
 TEST(MaterialJson, RoughMaterialsCanScatterOnce) {
-  for (const char* kind : {R"("conductor": {"metal": "gold"})", R"("dielectric": {})", R"("principled": {})"}) {
+  for (const char* kind : {R"("conductor": {"metal": "gold"})", R"("dielectric": {})", R"("principled": {})",
+                           R"("diffuse": {"roughness": 1})"}) {
     EXPECT_FALSE(read(kind).single_scattering) << kind;
     EXPECT_TRUE(read(std::string(kind) + R"(, "single_scattering": true)").single_scattering) << kind;
   }
   EXPECT_EQ(material_error(R"("mirror": {}, "single_scattering": true)"),
-            "m.json:2:64: materials[0].single_scattering: only a dielectric, conductor or principled material has it");
+            "m.json:2:64: materials[0].single_scattering: only a diffuse, dielectric, conductor or "
+            "principled material has it");
 }
 
 TEST(MaterialJson, MapsNameTexturesAndChannels) {
@@ -268,8 +270,8 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
   EXPECT_EQ(refusal(R"("principled": {}, "roughness_map": {"texture": "u"})"),
             "materials[0].roughness_map.texture: unknown texture \"u\": textures must define it");
   EXPECT_EQ(refusal(R"("principled": {"roughness": 0}, "roughness_map": {"texture": "t"})"),
-            "materials[0].roughness_map: multiplies the roughness of a dielectric, conductor or principled material, "
-            "which must be above 0");
+            "materials[0].roughness_map: multiplies the roughness of a diffuse, dielectric, conductor or principled "
+            "material, which must be above 0");
   EXPECT_EQ(refusal(R"("mirror": {}, "metallic_map": {"texture": "t"})"),
             "materials[0].metallic_map: only a principled material has one");
   for (const char* more : {"", R"(, "rgb": [1, 1, 1])"}) {
