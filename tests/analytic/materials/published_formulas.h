@@ -9,6 +9,11 @@
 
 namespace lightmill::test {
 
+/// A direction about +z, about +y.
+inline Vec3d upright(const Vec3d& w) {
+  return {w.x, w.z, w.y};
+}
+
 inline double phong_formula(double d, double s, double exponent, const Vec3d& wo, const Vec3d& wi) {
   const double cosine = std::max(0.0, glm::dot(Vec3d(-wo.x, wo.y, -wo.z), wi));
   return (d / M_PI + s * (exponent + 2) / (2 * M_PI) * std::pow(cosine, exponent)) * wi.y;

@@ -9,15 +9,11 @@
 namespace lightmill::test {
 namespace {
 
-constexpr double kAngles[] = {0, 20, 50, 75, 88};
-constexpr double kRoughnesses[] = {0.1, 0.5, 1};
+constexpr double kDiffuseAngles[] = {0, 20, 50, 75, 88};
+constexpr double kDiffuseRoughnesses[] = {0.1, 0.5, 1};
 
 RoughDiffuse8 rough(double albedo, double roughness, bool compensated = true) {
   return {broadcast(Vec3(static_cast<float>(albedo))), F8(static_cast<float>(roughness)), M8(compensated)};
-}
-/// The direction with +y as the normal.
-Vec3d upright(const Vec3d& w) {
-  return {w.x, w.z, w.y};
 }
 Grid grid_of(const Vec3d& wo) {
   return {wo, -wo, 0.5};
@@ -25,7 +21,7 @@ Grid grid_of(const Vec3d& wo) {
 
 TEST(RoughDiffuse, EvaluatesThePublishedFormula) {
   for (const double albedo : {0.2, 0.8, 1.0}) {
-    for (const double roughness : kRoughnesses) {
+    for (const double roughness : kDiffuseRoughnesses) {
       for (int i = 0; i < 500; ++i) {
         const double z = ((i % 31) + 0.5) / 31, r = std::sqrt(1 - z * z), phi = i * 2.399963;
         const Vec3d wo = tilted(89.0 * (i % 23) / 23), wi(r * std::cos(phi), r * std::sin(phi), z);
@@ -43,8 +39,8 @@ TEST(RoughDiffuse, EvaluatesThePublishedFormula) {
 
 TEST(RoughDiffuse, DrawsWhatItsPdfSays) {
   std::uint32_t seed = 8000;
-  for (const double roughness : kRoughnesses) {
-    for (const double degrees : kAngles) {
+  for (const double roughness : kDiffuseRoughnesses) {
+    for (const double degrees : kDiffuseAngles) {
       const Vec3d wo = tilted(degrees);
       EXPECT_LT(sample_z(rough(0.8, roughness), wo, grid_of(wo), ++seed, 1e-4), kChiSquaredThreshold)
           << roughness << ' ' << degrees;
@@ -54,8 +50,8 @@ TEST(RoughDiffuse, DrawsWhatItsPdfSays) {
 
 TEST(RoughDiffuse, ReflectsAllLightIfItIsWhite) {
   std::uint32_t seed = 8100;
-  for (const double roughness : kRoughnesses) {
-    for (const double degrees : kAngles) {
+  for (const double roughness : kDiffuseRoughnesses) {
+    for (const double degrees : kDiffuseAngles) {
       const Vec3d wo = tilted(degrees);
       const Albedo a = directional_albedo(rough(1, roughness), wo, grid_of(wo), ++seed);
       EXPECT_NEAR(a.by_quadrature, 1, 2e-3) << roughness << ' ' << degrees;
@@ -67,8 +63,8 @@ TEST(RoughDiffuse, ReflectsAllLightIfItIsWhite) {
 
 TEST(RoughDiffuse, LosesThePublishedShareWithoutMultipleScattering) {
   std::uint32_t seed = 8200;
-  for (const double roughness : kRoughnesses) {
-    for (const double degrees : kAngles) {
+  for (const double roughness : kDiffuseRoughnesses) {
+    for (const double degrees : kDiffuseAngles) {
       const Vec3d wo = tilted(degrees);
       const Albedo a = directional_albedo(rough(0.6, roughness, false), wo, grid_of(wo), ++seed);
       const double exact = 0.6 * fujii_albedo(roughness, wo.z);

@@ -32,11 +32,6 @@ std::vector<Parameters> cloths() {
   return all;
 }
 
-/// The direction with +y as the normal.
-Vec3d upright(const Vec3d& w) {
-  return {w.x, w.z, w.y};
-}
-
 TEST(Sheen, EvaluatesThePublishedFormula) {
   for (const float roughness : {0.3f, 0.5f, 0.75f, 1.0f}) {
     for (int i = 0; i < 500; ++i) {
