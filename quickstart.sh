@@ -4,8 +4,8 @@
 #
 #   ./quickstart.sh          in a terminal: leaves the farm running, and prints how to
 #                            use and stop it
-#   ./quickstart.sh --once   stops what it has started once the picture is done
-#                            (also without a terminal); a running farm stays
+#   ./quickstart.sh --once   stops the farm when the picture is done, unless it was
+#                            running before. The default without a terminal
 #   ./quickstart.sh --stop   stops the farm
 set -eu
 cd "$(dirname "$0")"

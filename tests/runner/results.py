@@ -207,4 +207,4 @@ def print_end(results, watch):
     print_table([*results.rows, total])
     failed = sum(row.failed for row in rows if row.tests is not None)
     print(f"\n{total.tests - failed} passed, {failed} failed, {total.skipped} skipped"
-          + (f", {total.failed - failed} builds failed" if total.failed > failed else ""))
+          + (f", failed builds: {total.failed - failed}" if total.failed > failed else ""))

@@ -11,6 +11,7 @@
 #include "client/cli/scene_options.h"
 #include "client/cli/submission.h"
 #include "client/cli/units.h"
+#include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "common/wire/scene_proto.h"
 
@@ -161,8 +162,8 @@ Result<ExitCode> verify(Context& context, const Console& console, const VerifyOp
                                 ? ". The picture was fetched before its job had ended, which may be the reason: "
                                   "fetch it again"
                                 : "";
-    return console.fail(data_loss("{}: {} of {} tiles differ from a new render: {}{}", options.image, lines.size(),
-                                  tiles.size(), fmt::join(lines, "; "), why),
+    return console.fail(data_loss("{}: a new render differs in {} of {}: {}{}", options.image, lines.size(),
+                                  counted(tiles.size(), "tile"), fmt::join(lines, "; "), why),
                         object);
   }
   console.object(object);
