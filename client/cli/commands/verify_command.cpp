@@ -144,7 +144,7 @@ Result<ExitCode> verify(Context& context, const Console& console, const VerifyOp
       lines.push_back(fmt::format("the {}x{} pixels at {}, {}: {}", rect.width, rect.height, rect.x, rect.y, *differs));
     }
   }
-  for (const TileRerender& rerender : tiles) {  // a private farm's jobs end with it
+  for (const TileRerender& rerender : tiles) {  // a local farm's jobs end with it
     if (!farm.local_farm) {
       (void)farm.connection->delete_job(rerender.job, true);
     }
@@ -157,7 +157,7 @@ Result<ExitCode> verify(Context& context, const Console& console, const VerifyOp
                         {"tiles", all},           {"verified", tiles.size()},
                         {"wrong", wrong},         {"seed", seed}};
   if (!lines.empty()) {
-    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the others again.
+    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the remaining samples again.
     const char* const why = task.picture.receipt.ended.empty()
                                 ? ". The picture was fetched before its job had ended, which may be the reason: "
                                   "fetch it again"

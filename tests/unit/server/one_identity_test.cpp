@@ -1,7 +1,7 @@
 // Limits of the harm that one worker identity can do to a job, under any names and in any number of processes.
 #include "server/domain/pending_audits.h"
 #include "tests/support/film_planes.h"
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {
