@@ -226,7 +226,7 @@ TEST(Access, CallersAreCheckedBeforeLargeRequestsAreRead) {
   EXPECT_EQ(large.error_message(), "the request has 100000 bytes, a lightmill.v1.CancelJobRequest has at most 65536");
 }
 
-TEST(Access, EveryoneCanCallHealthAndNoOneReflection) {
+TEST(Access, HealthIsOpenToAllCallersAndReflectionToNone) {
   SecureFarm secure;
   const auto anonymous = secure.channel(std::nullopt);
   std::vector<std::string> replies;

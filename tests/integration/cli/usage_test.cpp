@@ -204,7 +204,7 @@ TEST_F(CliTest, AnUnknownCommandIsReportedWithTheKnownOnes) {
   }
 }
 
-TEST_F(FarmCliTest, NothingIsSubmittedWhenSomethingIsWrong) {
+TEST_F(FarmCliTest, NothingIsSubmittedIfASceneOrOptionIsInvalid) {
   const std::string empty = write("empty.obj", "v 0 0 0\n");
   const std::string box = scene("cornell-bench-blocks.json");
   write("sky.exr", "no image");

@@ -95,7 +95,7 @@ TEST(Progress, TheBarKeepsItsWidthWhileNumbersComeAndGrow) {
   EXPECT_NE(progress_line(running_job(), 41, false).find('['), std::string::npos);
 }
 
-TEST(Progress, TheRateGoesBeforeTheBar) {
+TEST(Progress, TheRateIsDroppedBeforeTheBar) {
   v1::Job job = running_job();
   job.mutable_goal()->set_samples(20'000'000);
   job.set_frame_samples(16'300'000);

@@ -254,7 +254,7 @@ TEST_F(PilotTest, APilotTooLargeForOneWorkerGoesToAnother) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(PilotTest, ACancelledJobTakesItsPilotBack) {
+TEST_F(PilotTest, CancellingAJobCancelsItsPilot) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
   ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
