@@ -4,8 +4,8 @@
 #
 #   ./quickstart.sh          in a terminal: leaves the farm running, and prints how to
 #                            use and stop it
-#   ./quickstart.sh --once   stops what it has started once the picture is done
-#                            (also without a terminal); a running farm stays
+#   ./quickstart.sh --once   stops the farm when the picture is done, unless it was
+#                            running before. The default without a terminal
 #   ./quickstart.sh --stop   stops the farm
 set -eu
 cd "$(dirname "$0")"
@@ -104,7 +104,7 @@ start_farm() {
     start worker --server "127.0.0.1:$(cat "$run/port")"
     started_worker=yes
   fi
-  if [ "$restarted" = yes ]; then # it stays, like one that keeps running
+  if [ "$restarted" = yes ]; then # the farm was running before, so --once does not stop it
     started_server=no
     started_worker=no
   fi
@@ -228,7 +228,7 @@ deploy/setup --download >>"$log" 2>&1 || fail_build 'the packages could not be f
 phase 'packages, installation'
 deploy/setup >>"$log" 2>&1 || fail_build 'the packages could not be installed'
 phase build
-# The build folder of a copied clone names the first one.
+# In a copied clone, the build folder still names the original clone.
 configured_for=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' build/release/CMakeCache.txt 2>/dev/null) || :
 if [ ! -e build/release/build.ninja ] || [ "$(cd "${configured_for:-/}" 2>/dev/null && pwd -P)" != "$(pwd -P)" ]; then
   rm -f build/release/CMakeCache.txt

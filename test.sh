@@ -7,12 +7,12 @@
 #   ./test.sh 'PIECE'             a piece of --list, e.g. 'asan: unit'
 #   ./test.sh --all               everything, in pieces; a second call continues where the first one stopped
 #   ./test.sh --all --minutes N   stops after N minutes
-#   ./test.sh --repeat N --busy M the default suite N times, the last M beside busy loops
+#   ./test.sh --repeat N --busy M the default suite N times, the last M with busy loops on all cores
 #   ./test.sh --status            what --all and --repeat have done
 #   ./test.sh --list              the pieces of --all
 #   ./test.sh --coverage          which lines the default suite runs; with --all, the long tests too
 #
-# --background goes with --all and --repeat. --help has the rest.
+# --background needs --all or --repeat. --help has the rest.
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh

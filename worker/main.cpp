@@ -159,8 +159,8 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
       ->envname(kEnrolFileVariable)
       ->group("Access");
   app.add_option("--state", options.state,
-                 "folder of the worker's token, with --enrol-file. Each worker that shares it has a folder of its "
-                 "own in it. With XDG_STATE_HOME, the default is lightmill-worker in that folder")
+                 "folder of the token from --enrol-file. Workers that share it have one subfolder each. If "
+                 "XDG_STATE_HOME is set, the default is $XDG_STATE_HOME/lightmill-worker")
       ->type_name("DIR")
       ->envname(kStateVariable)
       ->default_str("~/.local/state/lightmill-worker")
@@ -169,8 +169,8 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
   add_limit(app, "--scene-gib", options.scene_gib, "GIB", {0.001, 65536.0},
-            "estimated memory of one scene while it is compiled. Scenes beyond this or one of the next four limits are "
-            "left to other workers")
+            "estimated memory of one scene while it is compiled. Scenes beyond this, --scene-triangles, "
+            "--image-megapixels, --images-gib or --scene-seconds are left to other workers")
       ->default_str("three quarters of the memory that the worker may use");
   add_limit(app, "--scene-triangles", options.scene_triangles, "N", {1, kMaxSceneTriangles},
             "triangles of one scene. Instances of a mesh count once")
@@ -208,9 +208,9 @@ Result<StateFolder> take_state(const Options& options) {
     const Status readable = read_caller(files, options.servers, system_clock().unix_milliseconds() / 1000).status();
     if (!readable.ok()) {
       return make_error(readable.code(),
-                        "this worker has no token in {} yet: {}; `lightmill tokens create NAME --enrol N` makes the "
-                        "content of this file",
-                        state.path().string(), message_of(readable));
+                        "this worker has no token in {} yet: {}. Make an enrolment token with `lightmill tokens create "
+                        "NAME --enrol N --out FILE`, and give it with {} FILE",
+                        state.path().string(), message_of(readable), kEnrolFileOption);
     }
   }
   return state;

@@ -77,9 +77,10 @@ std::string how_to_start_a_worker(const std::string& address, const CommonOption
   const std::string& authority = options.caller.tls.authority;
   return authority.empty()
              ? fmt::format("start one with `lightmill-worker --server {}`", address)
-             : fmt::format("make a token with `lightmill tokens create render --enrol 1 --out render.enrol{}`, and start "
-                           "one with `lightmill-worker --server {} --tls-ca {} --enrol-file render.enrol`",
-                           options.farm_options(), address, authority);
+             : fmt::format(
+                   "make a token with `lightmill tokens create render --enrol 1 --out render.enrol{}`, and start "
+                   "one with `lightmill-worker --server {} --tls-ca {} --enrol-file render.enrol`",
+                   options.farm_options(), address, authority);
 }
 
 void ask_farm(CLI::App& command, Context& context, std::function<Status(CoordinatorClient&, const Console&)> action) {
@@ -111,7 +112,9 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFa
   if (!given.address.empty()) {
     LM_RETURN_IF_ERROR(check_address(given));
     if (local_options.threads > 0) {
-      return invalid_argument("--threads applies only to a local farm (--local), and {} names another", given.where);
+      return invalid_argument(
+          "--threads applies only to a local farm, but {} names a farm: leave out --threads, or give --local instead",
+          given.where);
     }
     LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
     farm.connection = std::make_unique<CoordinatorClient>(given.address, std::move(caller));

@@ -14,7 +14,7 @@ namespace lightmill::cli {
 
 inline constexpr const char* kDefaultServer = "127.0.0.1:7350";
 
-/// A connection, and the private farm behind it if there is one.
+/// A connection, and the local farm behind it if there is one.
 struct Farm {
   std::unique_ptr<LocalFarm> local_farm;  ///< outlives the connection
   std::unique_ptr<CoordinatorClient> connection;
@@ -38,7 +38,7 @@ void ask_farm(CLI::App& command, Context& context, std::function<Status(Coordina
 void add_local_farm_options(CLI::App& command, bool& local, unsigned& threads);
 
 /// The farm for `render`. This is the given farm; else one that answers on the default port, unless `local`; else a
-/// private one with `local_options`. The console says which. INVALID_ARGUMENT if a farm is named together with
+/// local one with `local_options`. The console says which. INVALID_ARGUMENT if a farm is named together with
 /// `local` or a number of threads.
 Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFarmOptions& local_options,
                          Signals& signals, const Console& console);

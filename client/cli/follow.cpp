@@ -52,7 +52,7 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
         job = response.job();
         if (const std::string reason = has_ended(job.state()) ? "" : job.reason(); reason != waits_for) {
           waits_for = reason;
-          if (!reason.empty() && !farm.local_farm) {  // a private farm's workers are still starting
+          if (!reason.empty() && !farm.local_farm) {  // a local farm's workers are still starting
             console.notice(fmt::format("job {}: {}", id, reason));
           }
         }

@@ -71,9 +71,9 @@ void explain_farm(const Console& console) {
              "Several addresses, with commas, are the active coordinator and its standbys: A:7350,B:7350.\n\n"
              "`render`, `verify` and `lab` need no farm. If no address is given and no farm answers at "
              "127.0.0.1:7350, they start a local farm. They stop it at the end. --local always starts one.\n\n"
-             "Ctrl-C in `render` cancels the job. Its picture can still be fetched. A local farm writes the picture to "
-             "the -o files, if every part has a sample. Ctrl-C in `watch` leaves the job running. If a farm goes away, "
-             "both retry for ten minutes.\n\n"
+             "Ctrl-C in `render` cancels the job. Its picture can still be fetched. With a local farm, Ctrl-C writes "
+             "the picture so far to the -o files, if every part has a sample. Ctrl-C in `watch` leaves the job "
+             "running. If a farm goes away, both retry for ten minutes.\n\n"
              "  lightmill render scene.json --local --threads 4\n"
              "  LIGHTMILL_SERVER=farm.example:7350 lightmill jobs");
 }
@@ -179,8 +179,8 @@ void explain_receipts(const Console& console) {
   print_text(
       console,
       "\n--share sets the share of the tiles that are rendered again. If a share w of the tiles is wrong, n random "
-      "tiles miss all of them with probability (1 - w)^n. Each tile is a job of its own, in which methods with "
-      "photons or light paths trace all of them.\n\n"
+      "tiles miss all of them with probability (1 - w)^n. Each tile is a job of its own. Methods with photons "
+      "or light paths trace all photons or light paths in each of these jobs.\n\n"
       "The workers must have the renderer version and the fingerprint class of the picture. If the job of the "
       "picture allowed mixed classes, only the file is checked.\n\n"
       "  lightmill verify picture.exr scene.json --share 5%");

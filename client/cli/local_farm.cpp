@@ -26,7 +26,7 @@ fs::path temporary_root() {
   return error ? fs::path("/tmp") : root;
 }
 
-/// Whether this is the directory of a private farm whose client has ended.
+/// Whether this is the directory of a local farm whose client has ended.
 bool is_abandoned(const fs::path& path) {
   const std::string name = path.filename().string();
   struct stat info {};
@@ -100,7 +100,7 @@ Status LocalFarm::launch(Signals& signals, const LocalFarmOptions& options) {
     port.erase(port.find_last_not_of(" \r\n") + 1);
   }
   address_ = "127.0.0.1:" + port;
-  std::vector<std::string> command{(programs / "lightmill-worker").string(), "--server", address_, "--name", "private"};
+  std::vector<std::string> command{(programs / "lightmill-worker").string(), "--server", address_, "--name", "local"};
   if (options.threads > 0) {
     command.insert(command.end(), {"--threads", std::to_string(options.threads)});
   }

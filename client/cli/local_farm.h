@@ -2,7 +2,7 @@
 // directory.
 //
 // All its data is deleted with it, so its processes end by SIGKILL. If the client itself is killed, the kernel kills
-// them, and the next private farm removes the directory.
+// them, and the next local farm removes the directory.
 #pragma once
 
 #include <filesystem>

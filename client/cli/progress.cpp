@@ -116,17 +116,17 @@ std::string audits_text(const v1::Job& job) {
                       merged = job.counters().results_merged();
   std::string text;
   if (audited > 0) {
-    text = fmt::format("{} of {} results were audited by another identity, with the same bits", audited, merged);
+    text = fmt::format("audited by another identity, with the same bits: {} of {}", audited, counted(merged, "result"));
   } else if (job.audit_share() <= 0) {
     text = "unaudited: not requested";
   } else if (unaudited == 0 && merged > 0) {
-    text =
-        fmt::format("unaudited: none of {} results was drawn at a share of {:.3g}%", merged, 100 * job.audit_share());
+    text = fmt::format("unaudited: no result was drawn at a share of {:.3g}% ({})", 100 * job.audit_share(),
+                       counted(merged, "result"));
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
     text = job.audits_lost() > 0
-               ? fmt::format("unaudited: workers were lost with {}", counted(job.audits_lost(), "audit"))
+               ? fmt::format("unaudited: {} lost with their workers", counted(job.audits_lost(), "audit"))
                : "unaudited: no other identity was connected";
   } else {
     text = "no audits yet";
@@ -138,7 +138,8 @@ std::string audits_text(const v1::Job& job) {
                                                           : "wait for an audit");
   }
   if (job.counters().nodes_dropped() > 0) {
-    text += fmt::format("; {} nodes with results of wrong workers were rendered again", job.counters().nodes_dropped());
+    text +=
+        fmt::format("; rendered again because of wrong results: {}", counted(job.counters().nodes_dropped(), "node"));
   }
   return text;
 }

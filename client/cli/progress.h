@@ -42,7 +42,7 @@ std::string short_samples_count(const v1::Job& job);
 /// The SGR code for a state: green, cyan, yellow, red. 0: none.
 int color_of_state(std::string_view state);
 
-/// "3 of 412 results were audited by another identity, with the same bits", or "unaudited: " and the reason.
+/// "audited by another identity, with the same bits: 3 of 412 results", or "unaudited: " and the reason.
 std::string audits_text(const v1::Job& job);
 
 /// The trace id of the job in the logs of coordinator and workers, 32 hexadecimal digits. "none" if the coordinator has

@@ -129,7 +129,7 @@ Status check_image(DecoderProcess& decoder, const ImageAsset& image, LoadedScene
   LM_ASSIGN_OR_RETURN(const Texels texels, with_context(decoder.decode(bytes, image.name), image.place));
   LM_RETURN_IF_ERROR(check_image_header(image, size, loaded.notices));
   if (const std::uint64_t negative = negative_pixels(texels); negative > 0) {
-    loaded.notices.push_back(fmt::format("{}: {}: {} of {} pixels have negative values, which count as 0", image.place,
+    loaded.notices.push_back(fmt::format("{}: {}: negative values count as 0 (pixels: {} of {})", image.place,
                                          image.name, negative, std::int64_t{texels.width} * texels.height));
   }
   return ok_status();

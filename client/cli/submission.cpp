@@ -28,7 +28,7 @@ Status upload_missing(CoordinatorClient& connection, const PreparedJob& job, con
     before += bytes.size();
   }
   if (total > kWorthShowing) {
-    console.notice(fmt::format("sent {} of meshes in {} files", human_bytes(total), missing.size()));
+    console.notice(fmt::format("sent {} of scene files ({})", human_bytes(total), counted(missing.size(), "file")));
   }
   return ok_status();
 }

@@ -181,9 +181,9 @@ std::string reference_warning(const ReportScene& scene, const SceneFacts& facts)
   }
   return close == 0 ? ""
                     : fmt::format(
-                          "<p class='warn'>{} of the points are less than ten times above the reference's own error "
-                          "of {}. Their true error is lower.</p>\n",
-                          close, number(scene.reference_error));
+                          "<p class='warn'>Points with less than ten times the reference's own error of {}: {}. "
+                          "Their true error is lower.</p>\n",
+                          number(scene.reference_error), close);
 }
 
 std::string overview(const ReportInput& input, const std::vector<SceneFacts>& facts) {

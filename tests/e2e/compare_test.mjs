@@ -62,7 +62,7 @@ test('a comparison with a job of the same size has the numbers of the command li
   const numbers = await measured();
   // The page has half floats, each within 2^-11 of its value, and four digits. FLIP grows with the root of small differences.
   nearly(numbers.relMSE, expected.rel_mse, 2e-3, 'relMSE');
-  nearly(numbers['relMSE without the worst 0.1 %'], expected.rel_mse_trimmed, 2e-3, 'trimmed');
+  nearly(numbers['relMSE without the worst 0.1%'], expected.rel_mse_trimmed, 2e-3, 'trimmed');
   nearly(numbers['Energy ratio'], expected.energy_ratio, 2e-3, 'energy');
   nearly(numbers.SMAPE, expected.smape, 2e-3, 'SMAPE');
   nearly(numbers.FLIP, expected.flip, 5e-3, 'FLIP');

@@ -226,7 +226,7 @@ TEST(Access, CallersAreCheckedBeforeLargeRequestsAreRead) {
   EXPECT_EQ(large.error_message(), "the request has 100000 bytes, a lightmill.v1.CancelJobRequest has at most 65536");
 }
 
-TEST(Access, EveryoneCanCallHealthAndNoOneReflection) {
+TEST(Access, HealthIsOpenToAllCallersAndReflectionToNone) {
   SecureFarm secure;
   const auto anonymous = secure.channel(std::nullopt);
   std::vector<std::string> replies;
@@ -271,7 +271,7 @@ TEST(Access, AWorkerLogsEachNewReasonWhyItIsNotConnected) {
   };
   ASSERT_TRUE(said("connected to", 1)) << farm.log("worker");
   kill_at_once(farm.server());
-  EXPECT_TRUE(said(": Connection refused. It tries again", 1)) << farm.log("worker");
+  EXPECT_TRUE(said(": Connection refused. The worker retries", 1)) << farm.log("worker");
   EXPECT_TRUE(said("still no connection to", 2)) << farm.log("worker");
   const KeyAndCertificate other = make_authority("Other farm", today()).value();
   const KeyAndCertificate server = issue_certificate(other, {"farm", {"127.0.0.1"}, {}}, today()).value();
@@ -280,7 +280,7 @@ TEST(Access, AWorkerLogsEachNewReasonWhyItIsNotConnected) {
   EXPECT_TRUE(said("its certificate is signed by 'Other farm', which is not the authority", 1)) << farm.log("worker");
   secure.renew_server(today());
   EXPECT_TRUE(said("connected to", 2)) << farm.log("worker");
-  EXPECT_EQ(farm.times_said("worker", ": Connection refused. It tries again"), 1) << farm.log("worker");
+  EXPECT_EQ(farm.times_said("worker", ": Connection refused. The worker retries"), 1) << farm.log("worker");
   EXPECT_EQ(farm.times_said("worker", "signed by 'Other farm'"), 1) << farm.log("worker");
 }
 

@@ -107,7 +107,7 @@ void expect_near(const FilmPlanes& film, const FilmPlanes& other) {
 
 // Workers of two classes render one picture. Each node of one class has another last bit. No worker is accused, and
 // each class audits its own results.
-TEST(MixedFarm, RendersThePictureExceptForItsLastBits) {
+TEST(MixedFarm, DiffersFromTheReferenceOnlyInTheLastBits) {
   Farm farm;
   farm.add_worker(1, "usual");
   const auto one = start_liar(farm, "other-1", "machine-1", "1", "other class"),

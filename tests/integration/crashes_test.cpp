@@ -10,7 +10,7 @@
 namespace lightmill::test {
 namespace {
 
-TEST(Crashes, AWorkerThatTheTestDidNotKillFailsItAlthoughTheFarmRecovers) {
+TEST(Crashes, AWorkersCrashFailsTheTestEvenIfTheFarmRecovers) {
   const auto crash = [] {
     Farm farm;
     BackgroundProcess& crashing = farm.add_worker(1, "crashing");

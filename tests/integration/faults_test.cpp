@@ -26,17 +26,18 @@ Picture picture_of(std::uint64_t samples) {
 }
 
 /// Two workers, each behind its own proxy, and a job.
-class FaultyLines : public ::testing::Test {
+class FaultyConnections : public ::testing::Test {
  protected:
-  FaultyLines() : lines_{std::make_unique<FaultProxy>(farm_.address()), std::make_unique<FaultProxy>(farm_.address())} {
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      farm_.add_worker(1, fmt::format("w{}", i + 1), {lines_[i]->address(), {}, {}});
+  FaultyConnections()
+      : proxies_{std::make_unique<FaultProxy>(farm_.address()), std::make_unique<FaultProxy>(farm_.address())} {
+    for (std::size_t i = 0; i < proxies_.size(); ++i) {
+      farm_.add_worker(1, fmt::format("w{}", i + 1), {proxies_[i]->address(), {}, {}});
     }
     job_ = farm_.client().submit(picture_).id();
     farm_.client().wait_for_samples(job_, kPixels);
     EXPECT_TRUE(eventually([&] { return farm_.met("w1") && farm_.met("w2"); }));
   }
-  ~FaultyLines() override { expect_reference_film(farm_.client(), job_, picture_); }
+  ~FaultyConnections() override { expect_reference_film(farm_.client(), job_, picture_); }
 
   /// A job that ends before the faults gets more samples.
   void keep_busy() {
@@ -48,46 +49,46 @@ class FaultyLines : public ::testing::Test {
   }
 
   Farm farm_;
-  std::array<std::unique_ptr<FaultProxy>, 2> lines_;
+  std::array<std::unique_ptr<FaultProxy>, 2> proxies_;
   Picture picture_ = picture_of(500);
   std::uint64_t job_ = 0;
 };
 
-TEST_F(FaultyLines, DelayedAndReorderedMessagesKeepTheBits) {
-  for (const auto& line : lines_) {
-    line->delay(Way::there, milliseconds(0), milliseconds(120));
-    line->delay(Way::back, milliseconds(0), milliseconds(120));
+TEST_F(FaultyConnections, DelayedAndReorderedMessagesKeepTheBits) {
+  for (const auto& proxy : proxies_) {
+    proxy->delay(Way::there, milliseconds(0), milliseconds(120));
+    proxy->delay(Way::back, milliseconds(0), milliseconds(120));
   }
   farm_.client().wait_while_it_works(job_, picture_, kPixels * 20);
 }
 
-TEST_F(FaultyLines, RepeatedCutsKeepTheBits) {
+TEST_F(FaultyConnections, RepeatedCutsKeepTheBits) {
   std::mt19937 random(20261122);
   for (int i = 0; i < 12; ++i) {
     keep_busy();
     farm_.client().wait_while_it_works(job_, picture_, random() % (kPixels * 20));
-    lines_[random() % 2]->cut();
+    proxies_[random() % 2]->cut();
   }
   EXPECT_TRUE(eventually([&] { return farm_.times_met("w1") > 1 && farm_.times_met("w2") > 1; }));
 }
 
-TEST_F(FaultyLines, ALongCutKeepsTheBits) {
-  for (const auto& line : lines_) {
+TEST_F(FaultyConnections, ALongCutKeepsTheBits) {
+  for (const auto& proxy : proxies_) {
     keep_busy();
-    line->refuse(true);
-    line->cut();
-    EXPECT_TRUE(eventually([&] { return line->times_refused() > 0; })) << "its worker retries";
-    line->refuse(false);
+    proxy->refuse(true);
+    proxy->cut();
+    EXPECT_TRUE(eventually([&] { return proxy->times_refused() > 0; })) << "its worker retries";
+    proxy->refuse(false);
   }
   EXPECT_TRUE(eventually([&] { return farm_.times_met("w1") > 1 && farm_.times_met("w2") > 1; }));
 }
 
-TEST_F(FaultyLines, StallsInOneDirectionOrBothKeepTheBits) {
+TEST_F(FaultyConnections, StallsInOneDirectionOrBothKeepTheBits) {
   const std::vector<std::vector<Way>> stalls = {{Way::there}, {Way::back}, {Way::there, Way::back}};
   const auto stored = [&] { return farm_.times_said("w1", " is stored by the coordinator"); };
   const auto stall = [&](const std::vector<Way>& ways, bool on) {
     for (const Way way : ways) {
-      lines_[0]->stall(way, on);
+      proxies_[0]->stall(way, on);
     }
   };
   for (const std::vector<Way>& ways : stalls) {

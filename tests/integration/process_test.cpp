@@ -31,13 +31,13 @@ class Shell {
   BackgroundProcess process_;
 };
 
-TEST(Crashes, AnExitCodeThatTheTestDidNotAskForFailsIt) {
+TEST(Crashes, AnUnexpectedExitCodeFailsTheTest) {
   const auto crash = [] { EXPECT_TRUE(Shell("exit 3").ends()); };
   EXPECT_NONFATAL_FAILURE(crash(), "/bin/sh ended with code 3");
   EXPECT_EQ(Shell("exit 3").process().wait(), 3);
 }
 
-TEST(Crashes, AnotherSignalThanTheTestsFailsIt) {
+TEST(Crashes, ASignalThatTheTestDidNotSendFailsTheTest) {
   const auto crash = [] {
     Shell shell("trap 'kill -ABRT $$' TERM; echo ready; while :; do sleep 0.01; done");
     EXPECT_TRUE(eventually([&] { return shell.says("ready"); }));
@@ -55,7 +55,7 @@ TEST(Crashes, AFaultInTheLogFailsTheTest) {
   EXPECT_NONFATAL_FAILURE(crash(), "/bin/sh reports a fault: : check failed: samples > 0");
 }
 
-TEST(Crashes, EndsThatTheTestCausesAreNone) {
+TEST(Crashes, ExitsThatTheTestCausesAreNoCrashes) {
   EXPECT_TRUE(Shell("exit 0").ends());
   Shell killed("exec sleep 1000"), stopped("exec sleep 1000");
   killed.process().send(SIGKILL);

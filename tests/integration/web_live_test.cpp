@@ -50,7 +50,7 @@ TEST(Web, JobsOfAPageEndWithTheirCoordinator) {
   EXPECT_TRUE(eventually([&] { return again.jobs() == std::vector{kept}; }));
 }
 
-TEST(Web, APageSeesThePictureComeAndCatchesUpAfterABreak) {
+TEST(Web, APageGetsTilesAsTheyChangeAndCatchesUpAfterADisconnection) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();

@@ -57,7 +57,7 @@ std::string answers_to(WebFarm& web, const std::string& bytes) {
   return answers;
 }
 
-TEST(Web, RequestsThatAProxyMayUnderstandOtherwiseAreRefused) {
+TEST(Web, AmbiguousRequestsAreRefused) {
   WebFarm web;
   const std::string post = "POST /api/v1/jobs/1/cancel HTTP/1.1\r\nContent-Type: application/json\r\n";
   const std::string host = "Host: 127.0.0.1\r\n", chunked = "Transfer-Encoding: chunked\r\n";

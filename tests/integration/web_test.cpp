@@ -47,7 +47,7 @@ TEST(Web, APathWithASlashLeadsToItsDocument) {
   }
 }
 
-TEST(Web, JobsAndWorkersAreListedAndSteered) {
+TEST(Web, JobsAndWorkersAreListedAndControlled) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();

@@ -25,28 +25,28 @@ def parse():
                                                                "asan, ubsan or tsan before them names a build with that sanitizer")
     parser.add_argument("--all", action="store_true", help="everything, in pieces; continues where it stopped")
     parser.add_argument("--repeat", type=int, metavar="N", help="the default suite N times; continues where it stopped")
-    parser.add_argument("--busy", type=int, default=0, metavar="M", help="with --repeat: the last M beside a busy loop on each core")
+    parser.add_argument("--busy", type=int, default=0, metavar="M", help="with --repeat: run a busy loop on each core during the last M runs")
     parser.add_argument("--coverage", action="store_true", help="which lines the default suite runs; with --all, the long tests too")
     parser.add_argument("--background", action="store_true", help="with --all or --repeat: in the background")
     parser.add_argument("--minutes", type=float, metavar="N", help="with --all: stop after N minutes")
-    parser.add_argument("--in-turn", action="store_true", help="with --all: without the default suite, from a piece on that "
-                                                               "follows from the commit")
+    parser.add_argument("--in-turn", action="store_true", help="with --all: skip the default suite, and start at a piece that "
+                                                               "depends on the commit")
     parser.add_argument("--status", action="store_true", help="what --all and --repeat have done so far")
     parser.add_argument("--list", action="store_true", help="the pieces of --all, and the programs and scripts of each")
     options = parser.parse_args()
     given = {name for name in ("names", "all", "repeat", "coverage", "status", "list") if getattr(options, name) not in ([], None, False)}
     if len(given) > 1 and given != {"all", "coverage"}:
-        parser.error("one of NAME, --all, --repeat, --coverage, --status and --list; only --coverage and --all go together")
+        parser.error("NAME, --all, --repeat, --coverage, --status and --list exclude each other. Only --coverage and --all can be combined")
     if not all(re.search(r"\w", name) for name in options.names):
-        parser.error("a NAME has letters or digits")
+        parser.error("each NAME must contain a letter or a digit")
     if options.background and given not in ({"all"}, {"repeat"}):
-        parser.error("--background goes with --all or --repeat")
+        parser.error("--background needs --all or --repeat")
     if (options.minutes is not None or options.in_turn) and given != {"all"}:
-        parser.error("--minutes and --in-turn go with --all")
+        parser.error("--minutes and --in-turn need --all")
     if options.minutes is not None and not 0 < options.minutes < float("inf"):
-        parser.error("--minutes takes a number above 0")
+        parser.error("--minutes must be above 0")
     if options.repeat is not None and options.repeat < 1 or not 0 <= options.busy <= (options.repeat or 0):
-        parser.error("--repeat takes a number from 1 on, and --busy one up to that")
+        parser.error("--repeat must be at least 1, and --busy at most the number of --repeat")
     return options
 
 

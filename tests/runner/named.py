@@ -86,7 +86,7 @@ def run_named(words):
         if not found and not tests_of_names[name]:
             known = sorted({word for run in runs for word in [run.name, *run.labels]})
             close = difflib.get_close_matches(name, known, 3, 0.4)
-            print(f"{name}: no program, label or test has this name." + (f" Near to it: {', '.join(close)}." if close else ""))
+            print(f"{name}: no program, label or test has this name." + (f" Did you mean: {', '.join(close)}?" if close else ""))
             return False
     build(preset, files_of(chosen) + sorted({f"tests/{program}" for tests in tests_of_names.values() for program in tests}),
           folder / "build.log")

@@ -170,7 +170,7 @@ def run_all(minutes, rotate):
             left = [piece for piece in group if state.done[piece.name] not in (PASSED, FLAKY)]
             now = time.monotonic()
             if left and now < begun + limit:
-                # In turn, a long piece leaves time to others.
+                # With --in-turn, a piece gets at most half of --minutes.
                 deadline = min(begun + limit, now + limit / 2 if rotate else float("inf"))
                 new = do_piece(left[0], None if minutes is None else deadline, left[1:])
                 outcomes += new
@@ -181,7 +181,7 @@ def run_all(minutes, rotate):
     states = list(state.done.values())
     if LATE in states:
         print(f"\npieces that were not reached: {states.count(LATE)}")
-    # In turn, what was reached counts. Without a turn, everything does.
+    # With --in-turn it is enough that one piece was reached. Otherwise every piece must be.
     is_enough = LATE not in states or rotate and any(outcome.state != LATE for outcome in outcomes)
     return is_enough and not {FAILED, FLAKY} & set(states)
 

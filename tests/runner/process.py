@@ -83,7 +83,7 @@ class Interrupts:
 
     @contextlib.contextmanager
     def delayed(self):
-        """The block starts a process. An interrupt comes after it, when the process is known and can be ended."""
+        """Delays interrupts while the block starts a process, because an unknown process could not be ended."""
         self.is_delayed = True
         try:
             yield

@@ -28,17 +28,17 @@ class BusyLoops:
 
 
 def run_repeatedly(times, busy):
-    """Runs that were done with the same sources are not repeated. The last `busy` runs have busy loops beside them."""
+    """Runs that were done with the same sources are not repeated. Busy loops run during the last `busy` runs."""
     state = State(STATE)
     first, *others = DEFAULT_PIECES
     for number in range(1, times + 1):
-        beside = number > times - busy
-        name = f"{number} beside busy loops" if beside else str(number)
+        is_busy = number > times - busy
+        name = f"{number} with busy loops" if is_busy else str(number)
         if name in state.done:
             continue
         print(f"\n#### run {name} of {times}, {time.strftime('%H:%M:%S')}", flush=True)
         watch = Stopwatch()
-        with BusyLoops(beside):
+        with BusyLoops(is_busy):
             outcomes = do_piece(first, None, others)
         print_outcomes(outcomes, watch)
         failed = [test for outcome in outcomes for test in outcome.results.failed]

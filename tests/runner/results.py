@@ -8,7 +8,7 @@ import xml.etree.ElementTree
 from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, at_once, run_logged, show_end_of
 
 RUN_BYTES = 1 << 30
-KINDS_OF_RUN = ("asan", "long", "release", "threads")  # labels that say when a run runs; the others say what it is
+KINDS_OF_RUN = ("asan", "long", "release", "threads")  # labels of the pieces that select a run. The other labels state its subject
 # A crash has its reason before the asterisks: "Subprocess aborted***Exception:".
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|[^*]*\*\*\*.*?) +([\d.]+) sec")
 STARTED = re.compile(r" *Start +\d+: (\S+)")
@@ -207,4 +207,4 @@ def print_end(results, watch):
     print_table([*results.rows, total])
     failed = sum(row.failed for row in rows if row.tests is not None)
     print(f"\n{total.tests - failed} passed, {failed} failed, {total.skipped} skipped"
-          + (f", {total.failed - failed} builds failed" if total.failed > failed else ""))
+          + (f", failed builds: {total.failed - failed}" if total.failed > failed else ""))

@@ -219,7 +219,7 @@ class Runner(unittest.TestCase):
 
     def test_a_part_without_tests_fails(self):
         self.plant("runs.cmake", "program(good_tests Toy.Passes unit)\n")
-        self.assert_fails([], "nothing is selected", r"\n1 passed, 0 failed, 0 skipped, 1 builds failed")
+        self.assert_fails([], "nothing is selected", r"\n1 passed, 0 failed, 0 skipped, failed builds: 1")
 
     def test_a_build_that_fails_leaves_the_other_parts(self):
         self.plant_runs("""
@@ -227,7 +227,7 @@ class Runner(unittest.TestCase):
             add_custom_target(broken.built DEPENDS ${CMAKE_BINARY_DIR}/broken)
             lightmill_run(needs.broken LABELS unit NEEDS broken COMMAND true)
         """)
-        self.assert_fails([], r"\n1 passed, 0 failed, 0 skipped, 1 builds failed")
+        self.assert_fails([], r"\n1 passed, 0 failed, 0 skipped, failed builds: 1")
 
     def test_a_name_builds_what_it_runs(self):
         self.plant_runs("program(one_tests Toy.Passes unit)\nprogram(two_tests Toy.Passes unit)\n")
@@ -685,7 +685,7 @@ with process.beside(work, pathlib.Path("log")):
         for times in (1, 2, 2):
             busy = str(times - 1)
             self.assert_passes(["--repeat", str(times), "--busy", busy], r"\n1 +3 +\d+  \n")
-        self.assert_passes(["--status"], r"\n2 beside busy loops +3 +\d+  \n")
+        self.assert_passes(["--status"], r"\n2 with busy loops +3 +\d+  \n")
         self.assertEqual((self.root / "build" / "count").read_text(), "\n\n")
 
     def test_wrong_arguments_print_the_usage(self):

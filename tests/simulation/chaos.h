@@ -78,7 +78,7 @@ struct PlantedBugs {
   bool lose_audits = false;                ///< pending audits do not reach the disk
   bool ignore_identities = false;          ///< each worker counts as an identity of its own
   bool trust_claims = false;               ///< claimed machines count as identities, not certificates
-  bool wait_for_the_idle = false;          ///< workers may keep leases as long as they are heard
+  bool wait_for_the_idle = false;          ///< workers may keep leases as long as they send heartbeats
   bool ignore_grants = false;              ///< results that were never granted are taken
   bool lose_what_is_cut = false;           ///< messages during a cut link are lost, and the stream continues
   bool disconnect_newest = false;          ///< a broken stream is taken for its worker's newest one

@@ -12,7 +12,7 @@ namespace {
 /// The right limits, even if a bug is planted into those of the farm.
 const CoordinatorLimits kRule;
 
-/// In a note that the workers of one identity get no more of a job. Their losses follow.
+/// Part of the note that a job no longer goes to the workers of one identity. Their losses follow it.
 constexpr std::string_view kLeft = " goes to workers of other identities: ";
 
 bool is_loss(const Note& note) {

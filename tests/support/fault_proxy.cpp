@@ -79,8 +79,8 @@ FaultProxy::~FaultProxy() {
 }
 
 void FaultProxy::delay(Way way, std::chrono::milliseconds least, std::chrono::milliseconds most) {
-  line(way).least_ms = static_cast<int>(least.count());
-  line(way).most_ms = static_cast<int>(most.count());
+  direction(way).least_ms = static_cast<int>(least.count());
+  direction(way).most_ms = static_cast<int>(most.count());
 }
 
 void FaultProxy::cut() {
@@ -130,26 +130,26 @@ void FaultProxy::accept_all() {
     }
     const MutexLock lock(mutex_);
     sockets_.insert(sockets_.end(), {client, server});
-    relays_.emplace_back([=, this] { relay(client, server, line(Way::there), 2 * count); });
-    relays_.emplace_back([=, this] { relay(server, client, line(Way::back), 2 * count + 1); });
+    relays_.emplace_back([=, this] { relay(client, server, direction(Way::there), 2 * count); });
+    relays_.emplace_back([=, this] { relay(server, client, direction(Way::back), 2 * count + 1); });
   }
 }
 
-/// Ends when one of the two ends. Bytes sent before that still arrive, unless the line stalls.
-void FaultProxy::relay(int from, int to, const Line& line, std::uint64_t seed) {
+/// Returns when either side closes. Bytes sent before that still arrive, unless the connection stalls.
+void FaultProxy::relay(int from, int to, const Direction& direction, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::deque<Piece> on_the_way;
   std::size_t bytes = 0;
   std::string buffer(1 << 16, '\0');
   bool said_all = false, broken = false;
-  while (!broken && !ends_ && (!said_all || (!on_the_way.empty() && !line.stalls))) {
+  while (!broken && !ends_ && (!said_all || (!on_the_way.empty() && !direction.stalls))) {
     pollfd ready{from, static_cast<short>(said_all || bytes >= kMaxOnTheWay ? 0 : POLLIN), 0};
     (void)::poll(&ready, 1, on_the_way.empty() && !said_all ? 10 * kLookEveryMs : kLookEveryMs);
     if ((ready.revents & POLLIN) != 0) {
       const ssize_t got = ::recv(from, buffer.data(), buffer.size(), 0);
       said_all = got <= 0;
-      if (got > 0 && !line.swallows) {
-        const int least = line.least_ms, most = line.most_ms;
+      if (got > 0 && !direction.swallows) {
+        const int least = direction.least_ms, most = direction.most_ms;
         const auto later =
             std::chrono::milliseconds(std::uniform_int_distribution(least, std::max(least, most))(random));
         on_the_way.push_back({SteadyClock::now() + later, buffer.substr(0, static_cast<std::size_t>(got))});
@@ -158,7 +158,7 @@ void FaultProxy::relay(int from, int to, const Line& line, std::uint64_t seed) {
     } else if ((ready.revents & (POLLHUP | POLLERR)) != 0) {
       said_all = true;
     }
-    while (!broken && !line.stalls && !on_the_way.empty() && on_the_way.front().arrives <= SteadyClock::now()) {
+    while (!broken && !direction.stalls && !on_the_way.empty() && on_the_way.front().arrives <= SteadyClock::now()) {
       broken = !send_all(to, on_the_way.front().bytes);
       bytes -= on_the_way.front().bytes.size();
       on_the_way.pop_front();

@@ -33,9 +33,9 @@ class FaultProxy {
   /// They can overtake those of other connections.
   void delay(Way way, std::chrono::milliseconds least, std::chrono::milliseconds most);
   /// Holds bytes back, like a link that is cut in one direction. They arrive when the stall ends.
-  void stall(Way way, bool stalls) { line(way).stalls = stalls; }
+  void stall(Way way, bool stalls) { direction(way).stalls = stalls; }
   /// Drops bytes.
-  void swallow(Way way, bool swallows) { line(way).swallows = swallows; }
+  void swallow(Way way, bool swallows) { direction(way).swallows = swallows; }
   /// Closes new connections at once.
   void refuse(bool refuses) { refuses_ = refuses; }
   int times_refused() const { return times_refused_; }
@@ -43,18 +43,18 @@ class FaultProxy {
   void cut();
 
  private:
-  struct Line {
+  struct Direction {
     std::atomic<int> least_ms = 0, most_ms = 0;
     std::atomic<bool> stalls = false, swallows = false;
   };
-  Line& line(Way way) { return lines_[way == Way::there ? 0 : 1]; }
+  Direction& direction(Way way) { return directions_[way == Way::there ? 0 : 1]; }
   void accept_all();
   int connect_target() const;
-  void relay(int from, int to, const Line& line, std::uint64_t seed);
+  void relay(int from, int to, const Direction& direction, std::uint64_t seed);
 
   const std::string target_;
   int listener_ = -1, port_ = 0;
-  std::array<Line, 2> lines_;
+  std::array<Direction, 2> directions_;
   std::atomic<bool> refuses_ = false, ends_ = false;
   std::atomic<int> times_refused_ = 0;
   Mutex mutex_;

@@ -94,7 +94,7 @@ class InspectedMeshes {
     bytes_ += size_bytes(request);
     if (bytes_ > most_bytes_) {
       return resource_exhausted(
-          "the scene's compressed meshes have more than {}, a {}th of what --scene-gib of its worker allows: `lightmill "
+          "the scene's compressed meshes have more than {}, which is 1/{} of the worker's --scene-gib: `lightmill "
           "submit` reads them on your machine",
           human_bytes(most_bytes_), kFilesShare);
     }
@@ -116,7 +116,7 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
     // A reader needs several times the size of its text, next to scenes that are being rendered.
     if (bytes > limits.bytes / kFilesShare) {
       return resource_exhausted(
-          "the scene's files have more than {}, which is 1/{} of the --scene-gib of its worker: `lightmill submit` reads "
+          "the scene's files have more than {}, which is 1/{} of the worker's --scene-gib: `lightmill submit` reads "
           "them on your machine",
           human_bytes(limits.bytes / kFilesShare), kFilesShare);
     }

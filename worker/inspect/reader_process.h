@@ -37,8 +37,8 @@ struct ReaderOptions {
 /// Memory of a scene reader: what a worker with the default limits has beside the largest scene, and a little more.
 std::uint64_t reader_memory(const SceneLimits& limits);
 
-/// Reads the request's scene in a process of its own, which ends with this call. Errors are those of inspect_scene, of
-/// the hooks but `fetch`, and RESOURCE_EXHAUSTED, DEADLINE_EXCEEDED or INTERNAL if the process ends early.
+/// Reads the request's scene in a process of its own, which ends with this call. Errors are those of inspect_scene,
+/// those of all hooks except `fetch`, and RESOURCE_EXHAUSTED, DEADLINE_EXCEEDED or INTERNAL if the process ends early.
 Result<Inspection> inspect_in_reader(const InspectionRequest& request, const SceneLimits& limits,
                                      const ReaderOptions& options, const ReaderHooks& hooks);
 

@@ -12,11 +12,11 @@
 
 namespace lightmill {
 
-/// The worker sends `start` and one `reply` to each message but `report`. The reader sends the others, and `report` as
-/// the last one. Bytes of several values stand one after another.
+/// The worker sends `start`, and one `reply` to each message except `report`. The reader sends all other messages,
+/// `report` last. Several values are concatenated.
 enum class ReaderMessage : std::uint32_t {
   start,   ///< a ReaderStart, the path of the image decoder, the packed request
-  reply,   ///< what the message says, or an error
+  reply,   ///< the answer that the message's comment states, or an error
   fetch,   ///< the digest of a file; the reply is its bytes
   offer,   ///< digests of the scene's assets; the reply is those that the farm lacks
   asset,   ///< the digest and the bytes of one of those; the reply is empty

@@ -1,6 +1,7 @@
 #include "worker/render/preparer.h"
 
 #include "common/base/log.h"
+#include "common/base/number_text.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
 #include "common/planner/tile_noise.h"
@@ -189,7 +190,7 @@ Result<PreparedJob> Preparer::prepare(const JobDescription& description, const s
   const RenderSettings& settings = description.settings;
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene, compiled(settings, stop));
   if (settings.meters > 0 && settings.meters != scene->meters().size()) {
-    return invalid_argument("the job is to read {} meters, but its scene has {}", settings.meters,
+    return invalid_argument("the job asks for {}, but its scene has {}", counted(settings.meters, "meter"),
                             scene->meters().size());
   }
   LM_ASSIGN_OR_RETURN(

@@ -42,7 +42,8 @@ struct EnrolmentFiles {
 struct CoordinatorAddress {
   std::vector<std::string> servers;  ///< HOST:PORT; each attempt takes the next one
   CallerFiles caller;                ///< read for each attempt, so that renewed files are used
-  /// Only without a token in `caller`. A worker whose own token is refused tries to enrol and its own token in turn.
+  /// Only without a token in `caller`. A worker whose own token is refused alternates between
+  /// enrolment and its own token.
   std::optional<EnrolmentFiles> enrolment = {};
 };
 
@@ -87,7 +88,7 @@ class CoordinatorLink {
 
   const CoordinatorAddress farm_;
   const LinkHandlers handlers_;
-  const LinkHandlers stream_handlers_;  ///< notice too when the farm refuses the worker's own token
+  const LinkHandlers stream_handlers_;  ///< also detect that the farm refuses the worker's own token
   Mutex mutex_;
   std::shared_ptr<Connection> connection_ LM_GUARDED_BY(mutex_);
   std::shared_ptr<LinkStream> stream_ LM_GUARDED_BY(mutex_);

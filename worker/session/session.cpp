@@ -22,22 +22,24 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
   if (exited_ || link_ != Link::up) {
     return;
   }
-  std::visit(Overloaded{
-                 [&](const Welcome& welcome) { this->welcome(welcome, now, actions); },
-                 [&](const JobDescription& description) { describe_job(description, actions); },
-                 [&](const LeaseGrant& grant) { grant_lease(grant, actions); },
-                 [&](const ResultAck& ack) { acknowledge(ack, now, actions); },
-                 [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
-                 [&](const DrainRequest&) {
-                   actions.push_back(LogNotice{"drain: finish what you have begun, and leave"});
-                   begin_drain(false, now, actions);
-                 },
-                 [&](const PilotGrant& grant) { grant_pilot(grant, actions); },
-                 [&](const InspectGrant& grant) { grant_inspection(grant, actions); },
-                 [&](const Notice& notice) { actions.push_back(LogNotice{notice.text}); },
-                 [&](const Dismissal& dismissal) { exit(dismissal.reason, true, actions); },
-             },
-             message);
+  std::visit(
+      Overloaded{
+          [&](const Welcome& welcome) { this->welcome(welcome, now, actions); },
+          [&](const JobDescription& description) { describe_job(description, actions); },
+          [&](const LeaseGrant& grant) { grant_lease(grant, actions); },
+          [&](const ResultAck& ack) { acknowledge(ack, now, actions); },
+          [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
+          [&](const DrainRequest&) {
+            actions.push_back(LogNotice{
+                "the coordinator drains this worker: it finishes running tiles, gives back the rest and leaves"});
+            begin_drain(false, now, actions);
+          },
+          [&](const PilotGrant& grant) { grant_pilot(grant, actions); },
+          [&](const InspectGrant& grant) { grant_inspection(grant, actions); },
+          [&](const Notice& notice) { actions.push_back(LogNotice{"the coordinator says: " + notice.text}); },
+          [&](const Dismissal& dismissal) { exit(dismissal.reason, true, actions); },
+      },
+      message);
   advance(actions);
 }
 

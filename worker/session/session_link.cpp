@@ -83,7 +83,7 @@ void Session::send_results_again(SessionActions& actions) {
 }
 
 void Session::drop_everything(SessionActions& actions) {
-  actions.push_back(LogNotice{"another farm answers at this address now: results for the old farm are dropped"});
+  actions.push_back(LogNotice{"another farm answers at this address now. Results for the old farm are dropped"});
   stop_tiles([](const Rendering&) { return true; }, actions);
   while (!leases_.empty()) {
     erase_lease(leases_.begin()->first, actions);
@@ -119,7 +119,7 @@ void Session::tick(Time now, SessionActions& actions) {
     return;
   }
   if (draining_ && (now >= drain_deadline_ || (away_deadline_ && now >= *away_deadline_))) {
-    exit(fmt::format("{}. Dropped tiles, which the coordinator will have rendered again: {}",
+    exit(fmt::format("{}. Dropped tiles, which other workers will render again: {}",
                      link_ != Link::up    ? "the coordinator is away"
                      : rendering_.empty() ? "the coordinator did not acknowledge the last results in time"
                                           : "the last tiles take too long",

@@ -112,7 +112,7 @@ void WorkerLoop::post(Event event) {
 
 void WorkerLoop::drain() {
   post([this](Time now) {
-    spdlog::info("draining: finishes what it has begun, and gives back the rest");
+    spdlog::info("draining: this worker finishes running tiles, and gives back the rest");
     session_.drain(now, actions_);
   });
 }
@@ -235,7 +235,7 @@ void WorkerLoop::perform(const ResultStored& action) {
 }
 
 void WorkerLoop::perform(const LogNotice& action) {
-  spdlog::warn("the coordinator says: {}", printable(action.text));
+  spdlog::warn("{}", printable(action.text));
 }
 
 void WorkerLoop::perform(const Exit& action) {
@@ -277,10 +277,10 @@ void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Ti
   if (report.ok()) {
     session_.pilot_done(*report, now, actions_);
   } else if (is_passing(report.status())) {
-    spdlog::warn("a pilot's scene cannot be fetched now: {}", message_of(report.status()));
+    spdlog::warn("the scene of pilot lease {} cannot be fetched now: {}", lease.value, message_of(report.status()));
     session_.pilot_unavailable(lease, now, actions_);
   } else {
-    spdlog::error("a pilot cannot be run: {}", message_of(report.status()));
+    spdlog::error("the pilot of lease {} cannot be run: {}", lease.value, message_of(report.status()));
     session_.pilot_failed(lease, refused(report.status()), now, actions_);
   }
 }
@@ -304,8 +304,8 @@ void WorkerLoop::log_failure(const std::string& address, const Status& status, b
     spdlog::debug("{} {}", refused ? "refused again, by" : "still no connection to", address);
   } else if (refused) {
     trouble = {text, std::move(trouble.status), ""};
-    spdlog::warn("refused by {}: {}. It tries again, up to {:.0f} s apart, and logs only new reasons", address,
-                 printable(text), to_seconds(refused_most_));
+    spdlog::warn("refused by {}: {}. The worker retries with pauses of up to {:.0f} s, and logs only new reasons",
+                 address, printable(text), to_seconds(refused_most_));
   } else if (!explaining_now_) {
     trouble.before = std::exchange(trouble.status, text);
     explain(address, status);
@@ -332,7 +332,7 @@ void WorkerLoop::log_trouble(const std::string& address, const std::string& why)
   if (trouble == troubles_.end()) {
     spdlog::info("had no connection to {}: {}. Now it is connected", address, printable(why));
   } else if (trouble->second.why != why) {
-    spdlog::warn("no connection to {}: {}. It tries again, and logs only new reasons", address, printable(why));
+    spdlog::warn("no connection to {}: {}. The worker retries, and logs only new reasons", address, printable(why));
     trouble->second.why = why;
   }
 }

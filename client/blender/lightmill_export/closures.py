@@ -15,7 +15,7 @@ class Closure:
     weight: Value
     color: Value
     numbers: dict = field(default_factory=dict)  # by name: a Value, or a choice of the node
-    bend: Input | None = None                    # its Normal input
+    normal: Input | None = None                  # its Normal input
 
     def weight_color(self, reader):
         return reader.multiply(self.weight, self.color, self.node)
@@ -80,7 +80,7 @@ def diffuse(self, inside, weight):
     return self.one("diffuse", inside, weight, {"roughness": roughness(self, inside)})
 
 
-def alike(text):
+def replaced_by_diffuse(text):
     """Reader of a shader that is replaced by a diffuse one."""
     def read(self, inside, weight):
         self.notices.node(inside.node, f"left out: Lightmill has no such shader, and uses a diffuse one. {text}")
@@ -145,9 +145,11 @@ def principled(self, inside, weight):
 SHADERS = {
     "BSDF_DIFFUSE": diffuse, "BSDF_GLOSSY": glossy, "BSDF_ANISOTROPIC": glossy, "BSDF_GLASS": glass,
     "BSDF_REFRACTION": glass, "BSDF_TRANSPARENT": transparent, "BSDF_PRINCIPLED": principled, "EMISSION": emission,
-    "BACKGROUND": emission, "HOLDOUT": hold_out, "BSDF_TRANSLUCENT": alike("No light passes through it"),
-    "SUBSURFACE_SCATTERING": alike("It has no subsurface scattering"), "BSDF_VELVET": alike("It has no sheen"),
-    "BSDF_SHEEN": alike("It has no sheen"), "BSDF_TOON": alike("Its shading has no steps"), "BSDF_HAIR": alike("It has no highlight"),
-    "BSDF_HAIR_PRINCIPLED": alike("It has no highlight"),
-    "EEVEE_SPECULAR": alike("Cycles does not support it"),
+    "BACKGROUND": emission, "HOLDOUT": hold_out,
+    "BSDF_TRANSLUCENT": replaced_by_diffuse("No light passes through it"),
+    "SUBSURFACE_SCATTERING": replaced_by_diffuse("It has no subsurface scattering"),
+    "BSDF_VELVET": replaced_by_diffuse("It has no sheen"), "BSDF_SHEEN": replaced_by_diffuse("It has no sheen"),
+    "BSDF_TOON": replaced_by_diffuse("Its shading has no steps"),
+    "BSDF_HAIR": replaced_by_diffuse("It has no highlight"), "BSDF_HAIR_PRINCIPLED": replaced_by_diffuse("It has no highlight"),
+    "EEVEE_SPECULAR": replaced_by_diffuse("Cycles does not support it"),
 }

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .anisotropy import Direction, follows, parameters
-from .bends import read_bend, read_displacement
 from .closures import ClosureReader
 from .nodes import output_of
+from .normals import read_displacement, read_normal
 from .principled import OLD, OLD_DIFFUSE, SHEEN_COLOR, SHEEN_ROUGHNESS, diffuse_factor
 from .textures import Textures
 from .values import Value, ValueReader, constant, luminance
@@ -90,11 +90,11 @@ class MaterialMaker:
                 self.document.update({"diffuse": {"reflectance": black()}, "opacity": {"value": 0}})
                 return
         self.fit(surface)
-        bends = [c.bend for c in surface if c.bend is not None and c.bend.node() is not None]
-        if bends:
-            read_bend(self, bends, len(bends) == len([c for c in surface if c.bend is not None]))
+        normals = [c.normal for c in surface if c.normal is not None and c.normal.node() is not None]
+        if normals:
+            read_normal(self, normals, len(normals) == len([c for c in surface if c.normal is not None]))
         if end is not None and end.inputs["Displacement"].is_linked:
-            read_displacement(self, material, end.inputs["Displacement"], bool(bends))
+            read_displacement(self, material, end.inputs["Displacement"], bool(normals))
 
     # Opacity, emission and reflection of a list of closures.
 

@@ -165,7 +165,7 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
   console.object(object);
   console.result(fmt::format("{}: '{}', an authority until {}", certificate.string(), facts.front().name,
                              human_date(1000 * facts.front().until_unix_s)));
-  console.result(fmt::format("{}: its key. Anybody who has it can become admin: keep it secret, best offline",
+  console.result(fmt::format("{}: its key. Anyone who has it can become admin. Keep it secret, ideally offline",
                              (folder / kAuthorityKey).string()));
   return ok_status();
 }

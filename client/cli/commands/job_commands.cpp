@@ -156,7 +156,7 @@ ExitCode call_for_each(CoordinatorClient& connection, const Console& console, co
     return kDone;
   }
   if (exit_code_of(failure) != kUnreachable) {
-    failure = make_error(failure.code(), "{} of {} jobs were not changed", failed.size(), options.jobs.size());
+    failure = make_error(failure.code(), "failed for {} of {} jobs", failed.size(), options.jobs.size());
   }
   return console.fail(failure, all);
 }

@@ -68,7 +68,7 @@ class Lab {
       return "";
     }
     const double each = to_seconds(now() - started_) / static_cast<double>(done);
-    return ", all in " + human_seconds(each * static_cast<double>(runs_left_));
+    return ", " + human_seconds(each * static_cast<double>(runs_left_)) + " left";
   }
 
   /// Follows the job to its goal. Deletes it from the farm on failure.
@@ -109,7 +109,7 @@ class Lab {
       forget(submitted.id(), !job.ok());
       LM_RETURN_IF_ERROR(film.status());
       LM_RETURN_IF_ERROR(write_outputs(film->picture, {folder_.reference_path(scene).string()}, ViewSettings{}));
-      console_.progress(fmt::format("{}: {} of threads", label, human_seconds(job->worker_seconds())));
+      console_.progress(fmt::format("{}: {} of thread time", label, human_seconds(job->worker_seconds())));
     }
     return folder_.load_reference(scene);
   }
@@ -131,7 +131,7 @@ class Lab {
   std::string last_text(const LabRun& run) const {
     const std::size_t end = plan_.missing(run, folder_.results()).second;
     const lab::LabResult& last = folder_.results().at(run.level_keys[end - 1]);
-    return fmt::format("{} samples, {} of threads, relMSE {}", last.samples, human_seconds(last.thread_seconds),
+    return fmt::format("{} samples, {} of thread time, relMSE {}", last.samples, human_seconds(last.thread_seconds),
                        significant(last.error.rel_mse, 3));
   }
 
@@ -228,8 +228,8 @@ Result<ExitCode> run_lab(Context& context, const Console& console, const LabOpti
   const auto done =
       std::ranges::count_if(wanted, [&](const std::string& key) { return folder.results().contains(key); });
   if (!status.ok()) {
-    console.notice(fmt::format("{} of {} results are in {}. The same command continues from them", done, wanted.size(),
-                               options.folder));
+    console.notice(fmt::format("{} of {} in {}. The same command resumes from them", done,
+                               counted(wanted.size(), "result"), options.folder));
     return console.fail(status);
   }
   if (!written.ok()) {
@@ -237,7 +237,8 @@ Result<ExitCode> run_lab(Context& context, const Console& console, const LabOpti
   }
   console.object(
       nlohmann::json{{"folder", options.folder}, {"results", done}, {"report", folder.report_path().string()}});
-  console.result(fmt::format("{}: {} results", folder.report_path().string(), done));
+  console.result(
+      fmt::format("{}: {}", folder.report_path().string(), counted(static_cast<std::size_t>(done), "result")));
   return kDone;
 }
 

@@ -36,7 +36,7 @@ void print_notices(const Console& console, const PreparedJob& job) {
   }
 }
 
-/// Saves the picture of a private farm before the farm ends, if every tile has a sample. Returns what happened, and
+/// Saves the picture of a local farm before the farm ends, if every tile has a sample. Returns what happened, and
 /// puts the file names into `object`.
 std::string save_interrupted(Farm& farm, std::uint64_t id, const PictureOutputs& outputs, nlohmann::json& object) {
   Result<AssembledFilm> film = fetch_film(*farm.connection, id);
@@ -59,7 +59,7 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const PictureOutputs&
 }
 
 /// Handles an interruption, and says how. On a shared farm Ctrl-C cancels the job, and its film stays. A closed
-/// terminal or a SIGTERM leaves it running, because the user did not decide. A private farm's film is saved, and
+/// terminal or a SIGTERM leaves it running, because the user did not decide. A local farm's film is saved, and
 /// `object` gets the file names. `server`: the end of commands that reach the same farm.
 std::string end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
                             const PictureOutputs& outputs, nlohmann::json& object) {

@@ -61,7 +61,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
       {"picture",
        fmt::format(
            "{}x{}{}", job.width(), job.height(),
-           cropped ? fmt::format(", of it {}x{} at {},{}", crop.width(), crop.height(), crop.x(), crop.y()) : "")},
+           cropped ? fmt::format(", crop {}x{} at {},{}", crop.width(), crop.height(), crop.x(), crop.y()) : "")},
       {"method", fmt::format("{}{}, seed {}", method_name(job), how_chosen(job), job.seed())},
       {"goal", goal_text(job.goal())},
       {"priority", std::to_string(job.priority())},
@@ -69,7 +69,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
        fmt::format("{} per pixel, {} samples in all", range_text(job.min_tile_samples(), job.max_tile_samples()),
                    human_count(static_cast<double>(job.samples_done())))},
       {"rendering", human_seconds(job.active_seconds())},
-      {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
+      {"thread time", human_seconds(job.worker_seconds()) + " over all threads"},
       {"audits", audits_text(job)},
       {"film hash", film.picture.receipt.film_hash + (film.picture.layers.empty() ? "" : " (of picture and layers)")},
   };
@@ -124,7 +124,7 @@ Chart job_chart(const v1::Job& job) {
   for (const v1::ErrorPoint& point : job.history()) {
     const double error = point.error().rel_mse(), half_width = point.error().half_width();
     series.points.push_back({point.worker_seconds(), error, error - half_width, error + half_width,
-                             fmt::format("{:.6g} samples per pixel, {} of threads, {}", point.samples(),
+                             fmt::format("{:.6g} samples per pixel, {} of thread time, {}", point.samples(),
                                          human_seconds(point.worker_seconds()), interval_text(error, half_width))});
   }
   chart.series.push_back(std::move(series));

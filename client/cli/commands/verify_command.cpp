@@ -11,6 +11,7 @@
 #include "client/cli/scene_options.h"
 #include "client/cli/submission.h"
 #include "client/cli/units.h"
+#include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "common/wire/scene_proto.h"
 
@@ -143,7 +144,7 @@ Result<ExitCode> verify(Context& context, const Console& console, const VerifyOp
       lines.push_back(fmt::format("the {}x{} pixels at {}, {}: {}", rect.width, rect.height, rect.x, rect.y, *differs));
     }
   }
-  for (const TileRerender& rerender : tiles) {  // a private farm's jobs end with it
+  for (const TileRerender& rerender : tiles) {  // a local farm's jobs end with it
     if (!farm.local_farm) {
       (void)farm.connection->delete_job(rerender.job, true);
     }
@@ -156,13 +157,13 @@ Result<ExitCode> verify(Context& context, const Console& console, const VerifyOp
                         {"tiles", all},           {"verified", tiles.size()},
                         {"wrong", wrong},         {"seed", seed}};
   if (!lines.empty()) {
-    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the others again.
+    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the remaining samples again.
     const char* const why = task.picture.receipt.ended.empty()
                                 ? ". The picture was fetched before its job had ended, which may be the reason: "
                                   "fetch it again"
                                 : "";
-    return console.fail(data_loss("{}: {} of {} tiles differ from a new render: {}{}", options.image, lines.size(),
-                                  tiles.size(), fmt::join(lines, "; "), why),
+    return console.fail(data_loss("{}: a new render differs in {} of {}: {}{}", options.image, lines.size(),
+                                  counted(tiles.size(), "tile"), fmt::join(lines, "; "), why),
                         object);
   }
   console.object(object);

@@ -105,7 +105,8 @@ void add_worker_commands(CLI::App& app, Context& context) {
   CLI::App* quarantine = workers->add_subcommand(
       "quarantine", "Give no work to a worker and all others of its identity until they are released.");
   quarantine->footer(
-      "Their units go to other workers at once. The farm itself quarantines a worker that differs from two others.");
+      "Their units go to other workers at once. The farm itself quarantines a worker whose result differs from that of "
+      "two others.");
   quarantine
       ->add_option("NAME", *suspect->mutable_name(),
                    "the worker's name, as `workers` prints it, or the name of its certificate or token")

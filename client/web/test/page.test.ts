@@ -13,7 +13,7 @@ test('times and numbers are written as the command line writes them', () => {
   expect([0, 1, 2, 1234].map((number) => counted(number, 'result'))).toEqual(['0 results', '1 result', '2 results', '1.23 k results']);
   expect([950, 45.6e6].map(humanRate)).toEqual(['950 samples/s', '45.6 Msamples/s']);
   expect([0.01, 0.0001, 0.00001764, 9.92e-7, undefined, 4].map(errorText)).toEqual(['±10%', '±1.0%', '±0.42%', '±0.10%', '', '±200%']);
-  expect(boundedErrorText({relMse: 0.0001, halfWidth: 0.000044})).toBe('±1.0% (95 %: at most ±1.2%)');
+  expect(boundedErrorText({relMse: 0.0001, halfWidth: 0.000044})).toBe('±1.0% (95%: at most ±1.2%)');
   expect(boundedErrorText(undefined)).toBe('');
   expect([0, 0.5, 1e-5, 123456].map(valueText)).toEqual(['0.000', '0.5000', '1.000e-5', '1.235e+5']);
   expect([1, 0.1, 1e-3, 1e-4, 1e5, 1e6, 2, 0, null].map(powerOfTen)).toEqual(['1', '0.1', '0.001', '1e-4', '100000', '1e6', '', '', '']);

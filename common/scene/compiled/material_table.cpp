@@ -78,11 +78,8 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
   const auto push = [](Column<float>& column, double value) { column.push_back(static_cast<float>(value)); };
   const auto [kind, tinted, reflectance, specular, sheen] = std::visit(
       Overloaded{[&](const DiffuseMaterial& m) -> Entry {
-                   if (m.roughness == 0) {
-                     return {MaterialKind::diffuse, true, m.reflectance};
-                   }
                    push(diffuse_.roughness, m.roughness);
-                   return {MaterialKind::rough_diffuse, true, m.reflectance};
+                   return {m.roughness > 0 ? MaterialKind::rough_diffuse : MaterialKind::diffuse, true, m.reflectance};
                  },
                  [](const MirrorMaterial& m) -> Entry {
                    return {MaterialKind::mirror, true, m.reflectance};

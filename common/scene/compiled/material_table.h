@@ -198,7 +198,7 @@ class MaterialTable {
   // Fields of a kind other than colours and an index. One row per material of the kind (row_).
   struct {
     Column<float> roughness;
-  } diffuse_;  ///< rough ones
+  } diffuse_;
   struct {
     Column<float> alpha;
   } dielectric_;

@@ -100,7 +100,7 @@ class Soak {
       watch();
     }
     farm_.end_fault();
-    jobs_.come_to_an_end();
+    jobs_.stop_submitting();
     const double until = passed() + kLongestEnd;
     while (!jobs_.none_left() && !signals_.interrupted() && wrong_.empty()) {
       watch();
@@ -233,7 +233,7 @@ int run(const Options& options, cli::Signals& signals) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Renders twenty kinds of jobs on a private farm with a fault every ten seconds, and compares every film with "
+      "Renders twenty kinds of jobs on a farm of its own with a fault every ten seconds, and compares every film with "
       "that of a quiet farm. Ctrl-C ends it and everything it has started.");
   Options options;
   app.add_option("--minutes", options.minutes,

@@ -20,10 +20,10 @@ TroubledFarm::TroubledFarm(const test::SmallDisk* disk, std::uint64_t seed)
       random_(seed),
       farm_({"--lease-seconds", "4", "--heartbeat-seconds", "1", "--reserve-gib", "0.0625"}) {
   for (int i = 0; i < kWorkers; ++i) {
-    lines_.push_back(std::make_unique<test::FaultProxy>(farm_.address()));
-    farm_.add_worker(1, worker_name(i), {lines_.back()->address(), {}, {}});
+    proxies_.push_back(std::make_unique<test::FaultProxy>(farm_.address()));
+    farm_.add_worker(1, worker_name(i), {proxies_.back()->address(), {}, {}});
   }
-  lines_.push_back(std::make_unique<test::FaultProxy>(farm_.address()));
+  proxies_.push_back(std::make_unique<test::FaultProxy>(farm_.address()));
 }
 
 std::string TroubledFarm::begin_fault(bool may_kill_coordinator) {
@@ -31,10 +31,10 @@ std::string TroubledFarm::begin_fault(bool may_kill_coordinator) {
                                       {"worker ended (SIGTERM)", &TroubledFarm::end_worker},
                                       {"worker stopped for a while (SIGSTOP)", &TroubledFarm::stop_worker},
                                       {"coordinator stopped for a while (SIGSTOP)", &TroubledFarm::stop_coordinator},
-                                      {"connections cut", &TroubledFarm::cut_line},
-                                      {"connections cut and refused for a while", &TroubledFarm::break_line},
-                                      {"connections stalled, one way or both", &TroubledFarm::stall_line},
-                                      {"connections slowed by up to 0.5 s", &TroubledFarm::slow_line},
+                                      {"connections cut", &TroubledFarm::cut_connections},
+                                      {"connections cut and refused for a while", &TroubledFarm::refuse_connections},
+                                      {"connections stalled, one way or both", &TroubledFarm::stall_connections},
+                                      {"connections slowed by up to 0.5 s", &TroubledFarm::slow_connections},
                                       {"disk nearly full for a while", &TroubledFarm::fill_disk_nearly},
                                       {"disk full for a while", &TroubledFarm::fill_disk},
                                       {"coordinator killed (SIGKILL)", &TroubledFarm::kill_coordinator}};
@@ -108,34 +108,34 @@ std::function<void()> TroubledFarm::stop_coordinator() {
   return [this] { farm_.server().send(SIGCONT); };
 }
 
-std::function<void()> TroubledFarm::cut_line() {
-  any_line().cut();
+std::function<void()> TroubledFarm::cut_connections() {
+  any_proxy().cut();
   return nothing_to_undo;
 }
 
-std::function<void()> TroubledFarm::break_line() {
-  test::FaultProxy& line = any_line();
-  line.refuse(true);
-  line.cut();
-  return [&line] { line.refuse(false); };
+std::function<void()> TroubledFarm::refuse_connections() {
+  test::FaultProxy& proxy = any_proxy();
+  proxy.refuse(true);
+  proxy.cut();
+  return [&proxy] { proxy.refuse(false); };
 }
 
-std::function<void()> TroubledFarm::stall_line() {
-  test::FaultProxy& line = any_line();
+std::function<void()> TroubledFarm::stall_connections() {
+  test::FaultProxy& proxy = any_proxy();
   const std::uint64_t ways = 1 + random_() % 3;
-  const auto stall = [&line, ways](bool on) {
-    line.stall(Way::there, on && (ways & 1) != 0);
-    line.stall(Way::back, on && (ways & 2) != 0);
+  const auto stall = [&proxy, ways](bool on) {
+    proxy.stall(Way::there, on && (ways & 1) != 0);
+    proxy.stall(Way::back, on && (ways & 2) != 0);
   };
   stall(true);
   return [stall] { stall(false); };
 }
 
-std::function<void()> TroubledFarm::slow_line() {
-  test::FaultProxy& line = any_line();
-  const auto slow = [&line](milliseconds most) {
-    line.delay(Way::there, milliseconds(0), most);
-    line.delay(Way::back, milliseconds(0), most);
+std::function<void()> TroubledFarm::slow_connections() {
+  test::FaultProxy& proxy = any_proxy();
+  const auto slow = [&proxy](milliseconds most) {
+    proxy.delay(Way::there, milliseconds(0), most);
+    proxy.delay(Way::back, milliseconds(0), most);
   };
   slow(milliseconds(500));
   return [slow] { slow(milliseconds(0)); };

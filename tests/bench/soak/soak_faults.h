@@ -27,7 +27,7 @@ class TroubledFarm {
   TroubledFarm(const test::SmallDisk* disk, std::uint64_t seed);
 
   test::Farm& farm() { return farm_; }
-  std::string address() const { return lines_.back()->address(); }
+  std::string address() const { return proxies_.back()->address(); }
   static std::string worker_name(int i) { return fmt::format("w{}", i + 1); }
 
   /// Begins a fault and describes it. The first two workers may be killed, and the third one is not. The coordinator
@@ -49,19 +49,19 @@ class TroubledFarm {
   std::function<void()> stop_worker();
   std::function<void()> kill_coordinator();
   std::function<void()> stop_coordinator();
-  std::function<void()> cut_line();
-  std::function<void()> break_line();
-  std::function<void()> stall_line();
-  std::function<void()> slow_line();
+  std::function<void()> cut_connections();
+  std::function<void()> refuse_connections();
+  std::function<void()> stall_connections();
+  std::function<void()> slow_connections();
   std::function<void()> fill_disk();
   std::function<void()> fill_disk_nearly();
 
-  test::FaultProxy& any_line() { return *lines_[random_() % lines_.size()]; }
+  test::FaultProxy& any_proxy() { return *proxies_[random_() % proxies_.size()]; }
 
   const test::SmallDisk* const disk_;
   std::mt19937_64 random_;
   test::Farm farm_;
-  std::vector<std::unique_ptr<test::FaultProxy>> lines_;  ///< of the workers and of the clients
+  std::vector<std::unique_ptr<test::FaultProxy>> proxies_;  ///< of the workers and of the clients
   std::function<void()> end_;
   std::vector<std::string> badly_ended_;  ///< workers that ended with an error after an order
 };

@@ -43,8 +43,8 @@ class Jobs {
   /// pauses a job or changes its priority.
   void step();
   /// Submits no more jobs, and pauses none.
-  void come_to_an_end() { ends_ = true; }
-  /// Whether no job is left after come_to_an_end().
+  void stop_submitting() { ends_ = true; }
+  /// Whether no job is left after stop_submitting().
   bool none_left() const { return none_left_; }
 
   Tally tally() const;

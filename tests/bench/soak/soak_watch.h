@@ -10,8 +10,8 @@
 
 namespace lightmill::soak {
 
-/// The longest life of a process, and its resources in each third of it. Each third has the lowest tenth of its
-/// samples. Temporary use varies with the load, and a leak stays.
+/// The longest life of a process, and its resources in each third of it. Each third is the 10th percentile of
+/// its samples. Temporary use varies with the load, and a leak stays.
 struct Trend {
   double seconds = 0;
   std::array<double, 3> memory_mib{};   ///< resident

@@ -1,5 +1,5 @@
 // Thousands of workers in one process. Each is a real session on its own real connection, and only its render threads
-// are simulated. A tile takes as long as at the stated speed. Its node is a copy of one that was created and hashed
+// are simulated. A tile takes the time that the stated speed gives. Its node is a copy of one that was created and hashed
 // before. So this process only copies nodes and runs gRPC.
 #pragma once
 

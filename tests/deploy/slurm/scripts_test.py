@@ -264,9 +264,9 @@ class Autoscale(unittest.TestCase):
             self.look()
             self.slurm.all("FAILED", seconds=2, reason="NonZeroExitCode")
         self.assertEqual(self.slurm.arrays, 14)  # after 0, 30, 60, 120, 240 and then every 300 s, plus the time of queries
-        self.assertIn("3 ended within a minute of their start, or are held (1_1: FAILED; see its log): no submissions for 30 s",
-                      self.said)
-        self.assertTrue(self.said[-1].endswith("no submissions for 300 s") or self.said[-2].endswith("no submissions for 300 s"))
+        self.assertIn("jobs that ended within a minute of their start, or are held: 3 (1_1: FAILED; see its log). "
+                      "No submissions for 30 s", self.said)
+        self.assertTrue(self.said[-1].endswith("No submissions for 300 s") or self.said[-2].endswith("No submissions for 300 s"))
         self.look(300)
         self.slurm.all("RUNNING")
         self.look(1200)
@@ -276,7 +276,7 @@ class Autoscale(unittest.TestCase):
         self.assertEqual(self.slurm.arrays, arrays + 1, "they ran long enough")
         self.slurm.all("COMPLETED", seconds=10)
         self.look()
-        self.assertTrue(self.said[-1].endswith("no submissions for 30 s"), "it started again")
+        self.assertTrue(self.said[-1].endswith("No submissions for 30 s"), "it started again")
 
     def test_held_workers_do_not_count(self):
         self.slurm.wanted = 2

@@ -103,7 +103,7 @@ TEST_F(SecureCliTest, ReplacingKeepsThePersonsRolesAndSaysWhatChanged) {
   EXPECT_TRUE(says(replaced({"server", certs(), "farm.example"}), "it was: coordinator at 127.0.0.1"));
 }
 
-TEST_F(SecureCliTest, WithoutTheAuthoritysKeyTheCommandNamesTheWayOut) {
+TEST_F(SecureCliTest, AMissingAuthorityKeyIsReportedWithARemedy) {
   std::filesystem::remove(certs() + "/ca.key");
   const std::string why = failure({"certs", "person", certs(), "zed"});
   EXPECT_TRUE(says(why, "the key of the authority in " + certs() + " is missing: put ca.key back")) << why;

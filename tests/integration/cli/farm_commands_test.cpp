@@ -273,7 +273,7 @@ TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceDespiteOneFailure) {
   ASSERT_EQ(all["failed"].size(), 2u);
   EXPECT_EQ(std::to_string(all["failed"][0].value("id", 0)), second);
   EXPECT_NE(all["failed"][1]["message"].get<std::string>().find("77"), std::string::npos);
-  EXPECT_EQ(all["failure"]["message"], "2 of 4 jobs were not changed");
+  EXPECT_EQ(all["failure"]["message"], "failed for 2 of 4 jobs");
   const std::string errors = lightmill({"pause", second, "77", "--server", server()}).err;
   EXPECT_EQ(errors.find(fmt::format("job {0}: job {0}", second)), std::string::npos) << errors;
   EXPECT_NE(errors.find("\nthere is no job 77\n"), std::string::npos) << errors;

@@ -204,7 +204,7 @@ TEST_F(CliTest, AnUnknownCommandIsReportedWithTheKnownOnes) {
   }
 }
 
-TEST_F(FarmCliTest, NothingIsSubmittedWhenSomethingIsWrong) {
+TEST_F(FarmCliTest, NothingIsSubmittedIfASceneOrOptionIsInvalid) {
   const std::string empty = write("empty.obj", "v 0 0 0\n");
   const std::string box = scene("cornell-bench-blocks.json");
   write("sky.exr", "no image");
@@ -297,7 +297,8 @@ TEST_F(CliTest, EveryCommandHasHelp) {
 TEST_F(FarmCliTest, ThreadsNeedALocalFarm) {
   const nlohmann::json answer = on_farm({"render", scene("cornell-bench-blocks.json"), "--threads", "2"}, 2);
   EXPECT_EQ(answer["failure"]["message"],
-            "--threads applies only to a local farm (--local), and --server names another");
+            "--threads applies only to a local farm, but --server names a farm: leave out --threads, or give --local "
+            "instead");
 }
 
 TEST_F(CliTest, ALongLineThatTakesTooMuchMemoryIsAnErrorWithItsFile) {

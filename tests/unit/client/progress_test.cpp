@@ -38,12 +38,12 @@ TEST(Progress, AJobWithoutResultsHasNoVerdictOnItsAudits) {
   job.set_audit_share(0.01);
   EXPECT_EQ(audits_text(job), "no audits yet");
   job.mutable_counters()->set_results_merged(3);
-  EXPECT_EQ(audits_text(job), "unaudited: none of 3 results was drawn at a share of 1%");
+  EXPECT_EQ(audits_text(job), "unaudited: no result was drawn at a share of 1% (3 results)");
   job.set_state(v1::JOB_STATE_DONE);
   job.set_results_unaudited(2);
   EXPECT_EQ(audits_text(job), "unaudited: no other identity was connected; 2 results could not be audited");
   job.set_audits_lost(2);
-  EXPECT_EQ(audits_text(job), "unaudited: workers were lost with 2 audits; 2 results could not be audited");
+  EXPECT_EQ(audits_text(job), "unaudited: 2 audits lost with their workers; 2 results could not be audited");
 }
 
 TEST(Progress, SamplesAreThoseOfTheFrame) {
@@ -95,7 +95,7 @@ TEST(Progress, TheBarKeepsItsWidthWhileNumbersComeAndGrow) {
   EXPECT_NE(progress_line(running_job(), 41, false).find('['), std::string::npos);
 }
 
-TEST(Progress, TheRateGoesBeforeTheBar) {
+TEST(Progress, TheRateIsDroppedBeforeTheBar) {
   v1::Job job = running_job();
   job.mutable_goal()->set_samples(20'000'000);
   job.set_frame_samples(16'300'000);

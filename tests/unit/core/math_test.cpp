@@ -34,7 +34,7 @@ TEST(Simd, CompressKeepsSetLanesInOrder) {
   }
 }
 
-TEST(Column, LanesGetTheirRowsAtAnyColumnLength) {
+TEST(Column, EachLaneLoadsItsRowFromColumnsOfAnyLength) {
   for (std::uint32_t rows : {1u, 7u, 8u, 9u, 40u}) {
     Column<std::uint32_t> column;
     VectorColumn vectors;

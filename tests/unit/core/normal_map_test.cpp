@@ -326,7 +326,7 @@ TEST(BumpMap, TangentsOfTheMeshAreIgnored) {
   expect_direction(mapped.normal(0.3, 0.6), Vec3d(0, 0, 1) - 0.2 * wave_gradient(0.3, 0.6), 3e-4);
 }
 
-TEST(BumpMap, OnPlanesLengthsAreThoseOfTheScene) {
+TEST(BumpMap, HeightsOnPlanesAreInSceneUnits) {
   MappedCard mapped = waves(0.2);
   mapped.plane = PlaneShape{{0, 0, 0}, {0, 0, 1}};
   expect_direction(MappedCard::normal_at(*mapped.compiled(), {0.3, 0.6, 1}, {0, 0, -1}),

@@ -304,7 +304,7 @@ TEST(DecoderProcess, RefusesImagesAndMeshesWithoutSeccompUnlessAllowed) {
             "small.png: " + refusal + refusal);
 }
 
-TEST(DecoderProcess, ItsFingerprintIsOfItsLibrariesPixelsAndMeshes) {
+TEST(DecoderProcess, ItsFingerprintCoversThePixelsAndMeshesOfItsLibraries) {
   const Result<std::string> fingerprint = fingerprint_of_decoder(program("lightmill-image-decoder"), system_clock());
   ASSERT_TRUE(fingerprint.ok()) << fingerprint.status();
   EXPECT_EQ(fingerprint->size(), 16u);

@@ -237,7 +237,7 @@ TEST(ErrorEstimate, IsRelativeAtAnyBrightness) {
   EXPECT_TRUE(std::isfinite(error.half_width));
 }
 
-TEST(ErrorEstimate, CatchesUpInSmallSteps) {
+TEST(ErrorEstimate, UpdatesInStepsGiveTheSameErrorAsOneUpdate) {
   Film film(TileGrid({0, 0, 320, 64}), 3);
   Normal normal(2);
   for (std::uint32_t tile = 0; tile < 5; ++tile) {

@@ -82,7 +82,7 @@ void add_noise(TestFilm& film, double deviation, std::mt19937& random) {
   }
 }
 
-TEST(Reconstruction, AnAffineFunctionOfTheFeaturesComesBack) {
+TEST(Reconstruction, AnAffineFunctionOfTheFeaturesIsReproduced) {
   TestFilm film = wavy_film(50, 37);
   std::mt19937 random(1);
   add_noise(film, 0, random);
@@ -176,7 +176,7 @@ std::vector<std::vector<double>> regression_operator(const TestFilm& film) {
   return rows;
 }
 
-TEST(Reconstruction, WithEqualWeightsItIsLeastSquaresInWindowsAndHasItsVariance) {
+TEST(Reconstruction, EqualWeightsGiveTheVarianceOfLeastSquares) {
   TestFilm film = wavy_film(26, 19);
   const auto rows = regression_operator(film);
   std::mt19937 random(2);

@@ -139,7 +139,7 @@ TEST_F(EmissiveSquare, LightsOnlyWhatItsLightCanReach) {
   EXPECT_TRUE(lights({.radiance = 1e-6, .other = "Kd 0 0 0"}));  // nothing can be lit
 }
 
-TEST_F(MissingParts, LabelsOnABodyDoNotReplaceTheSky) {
+TEST_F(MissingParts, EmittersThatLightNothingDoNotReplaceTheSky) {
   // A label on each of two faces.
   write("a.mtl", "newmtl body\nKd 0.8 0.5 0.2\nnewmtl label\nKd 0 0 0\nKe 0 50 0\n");
   const std::string labels =

@@ -58,7 +58,7 @@ TEST(MitsubaShapes, RectangleFacesUpItsZ) {
 }
 
 // Mitsuba's (u, v) = (0, 0) is at (-1, -1), and shows the upper left texel. That is (0, 1) in a document.
-TEST(MitsubaShapes, RectangleShowsTheTopOfImagesBelow) {
+TEST(MitsubaShapes, TheTopOfAnImageIsAtTheRectanglesMinimumY) {
   const Mesh mesh = mesh_of_shape("rectangle");
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     EXPECT_EQ(mesh.texture_coordinates[i][0], (mesh.positions[i][0] + 1) / 2);
@@ -126,7 +126,7 @@ std::string mesh_file(const std::string& name, const std::string& parameters = "
 }
 
 // Mitsuba's v goes down the image. OBJ files are turned unless flip_tex_coords is off, PLY files if it is on.
-TEST(MitsubaShapes, CoordinatesOfFilesAreTurned) {
+TEST(MitsubaShapes, TextureCoordinatesOfFilesAreFlippedAsStated) {
   const std::string on = R"(<boolean name="flip_tex_coords" value="true"/>)",
                     off = R"(<boolean name="flip_tex_coords" value="false"/>)";
   EXPECT_EQ(mesh_of_shape("obj", mesh_file("roof.obj"), kMeshes).texture_coordinates[0][1], 0.25f);

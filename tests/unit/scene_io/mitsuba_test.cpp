@@ -321,7 +321,7 @@ TEST(MitsubaEmitters, EnvironmentsAreTurned) {
   EXPECT_NEAR(light_of<EnvironmentLight>(envmap(R"(<rotate y="1" angle="90"/>)"), files).rotation_degrees, 0, 1e-9);
 }
 
-TEST(MitsubaEmitters, TheSceneIsTurnedUnderATippedEnvironment) {
+TEST(MitsubaEmitters, ATiltedEnvironmentRotatesTheScene) {
   const TextFiles files{{"sky.exr", "sky"}};
   const LoadedScene loaded =
       mitsuba_scene(envmap(R"(<rotate x="1" angle="90"/>)") +

@@ -235,7 +235,7 @@ TEST(Obj, ManyTrianglesShareTheirVertices) {
   EXPECT_EQ(mesh.positions.size(), 90'000u);
 }
 
-TEST(Faults, NeedOnlyTheTextOfTheFirstOfEachNamedKind) {
+TEST(Faults, OnlyTheFirstOfEachKindNeedsItsText) {
   Faults faults;
   EXPECT_TRUE(faults.needs_text("a"));
   faults.add("a", "file:1: a", "b");

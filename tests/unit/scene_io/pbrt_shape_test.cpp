@@ -55,7 +55,7 @@ TEST(PbrtShapes, PatchesAndPlyMeshesAreMeshes) {
             "a.pbrt:3: plymesh: m.ply: a PLY file begins with the line \"ply\"");
 }
 
-TEST(PbrtShapes, CurvedOnesFaceTheirSide) {
+TEST(PbrtShapes, DisksAndSpheresFollowReverseOrientation) {
   const LoadedScene loaded = world(R"(Shape "disk" "float radius" 2 "float height" 3
 Shape "cylinder" "float radius" 2 "float zmin" 1 "float zmax" 4 ReverseOrientation Shape "sphere")");
   ASSERT_EQ(loaded.scene.objects.size(), 3u);

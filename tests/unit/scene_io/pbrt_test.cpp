@@ -183,7 +183,7 @@ TEST(PbrtLights, SpectraHaveLuminanceOne) {
             (RgbColor{1, 1, 1}));
 }
 
-TEST(PbrtLights, EvenSkiesAddUp) {
+TEST(PbrtLights, UniformInfiniteLightsAreAdded) {
   const LoadedScene loaded = world(
       R"(LightSource "infinite" "rgb L" [1 2 3] LightSource "point" LightSource "infinite" "rgb L" [1 1 1] "float scale" 2 Shape "sphere")");
   ASSERT_EQ(loaded.scene.lights.size(), 2u);

@@ -24,7 +24,7 @@ TEST(Transforms, ComposeAppliesTheSecondFirst) {
   EXPECT_DOUBLE_EQ(determinant(t), 24);
 }
 
-TEST(Transforms, InverseUndoes) {
+TEST(Transforms, TheInverseMapsPointsBack) {
   const Transform t = compose(rotation(37, {1, -2, 0.5}), compose(translation({4, 5, -6}), scaling({-1, 0.5, 3})));
   expect_near(map_point(inverse(t).value(), map_point(t, {7, 8, 9})), {7, 8, 9});
   EXPECT_FALSE(inverse(scaling({1, 0, 1})).has_value());

@@ -91,7 +91,7 @@ TEST_F(AllocationTest, TheErrorIsNotReadBeforeTheQuietestTileHasItsFirstCount) {
   }
 }
 
-TEST_F(AllocationTest, TheErrorHistoryHasFewCounts) {
+TEST_F(AllocationTest, TheErrorHistoryHasTwoPointsPerDoublingOfSamples) {
   constexpr int kTiles = 5;
   std::vector<std::int8_t> shifts(kTiles, -2);
   shifts[3] = 2;

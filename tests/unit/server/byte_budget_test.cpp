@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-TEST(ByteBudget, IsNeverExceededAndIsFullAfterAllReturns) {
+TEST(ByteBudget, IsNeverExceededAndIsWholeAgainAfterAllReturns) {
   constexpr std::uint64_t kMax = 100, kEach = 30;
   const ByteBudget budget(kMax);
   std::atomic<std::uint64_t> held = 0, most_held = 0, refused = 0;

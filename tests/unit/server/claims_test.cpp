@@ -1,5 +1,5 @@
 // Numbers that a worker claims, and that cannot be checked. A false one harms no job and no other worker for long.
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {

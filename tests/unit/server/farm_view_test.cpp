@@ -71,7 +71,7 @@ TEST_F(CoordinatorTest, VersionsGrowWithEveryChange) {
   EXPECT_FALSE(grew());
 }
 
-TEST_F(CoordinatorTest, AMethodWithEqualSamplesHasNoError) {
+TEST_F(CoordinatorTest, TheErrorOfAMethodWithEqualSamplesIsUnknown) {
   const SessionId session = connect("w");
   for (const auto& [method, estimated] :
        {std::pair("path", true), {"photon-map", false}, {"photon-map:caustic", false}}) {

@@ -2,7 +2,7 @@
 #include "server/domain/films.h"
 
 #include "tests/support/film_planes.h"
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill {
 namespace {

@@ -158,7 +158,7 @@ TEST_F(CoordinatorTest, AnUngrantedResultIsRefused) {
   EXPECT_EQ(got<ResultAck>(again).size(), 3u) << "or it would send them again without end";
 }
 
-TEST_F(CoordinatorTest, AnotherProcessOrNameKeepsTheIdentitysBadResults) {
+TEST_F(CoordinatorTest, BadResultsCountForTheIdentityAcrossProcessesAndNames) {
   const JobId job = submit(spec("r1", 4, {0, 0, 512, 64}));
   const SessionId first = connect("liar");
   const LeaseGrant grant = got<LeaseGrant>(first).at(0);

@@ -1,5 +1,5 @@
 // Jobs that workers of every fingerprint class may render.
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {

@@ -1,7 +1,7 @@
 // Limits of the harm that one worker identity can do to a job, under any names and in any number of processes.
 #include "server/domain/pending_audits.h"
 #include "tests/support/film_planes.h"
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {
@@ -57,7 +57,7 @@ class OneIdentityTest : public AuditTest {
   }
 };
 
-TEST_F(OneIdentityTest, LosesNoJobByItself) {
+TEST_F(OneIdentityTest, CannotFailAJobAlone) {
   limits.leases_per_worker = 1;
   restart({});
   const JobId other = submit_unaudited("other");
@@ -190,7 +190,7 @@ TEST_F(OneIdentityTest, CannotHideALateTileBehindRepeatedResults) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OneIdentityTest, LosesSilentWorkToAnotherUnderAllItsNames) {
+TEST_F(OneIdentityTest, OverdueWorkGoesToAnotherIdentityNotToItsOtherNames) {
   limits.leases_per_worker = 1;
   restart({});
   const JobId job = submit_unaudited("job");

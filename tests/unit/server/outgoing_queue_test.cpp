@@ -12,7 +12,7 @@ JobDescription description_of(std::size_t scene_bytes) {
   return description;
 }
 
-TEST(OutgoingQueueTest, SixteenDescriptionsOfTheLargestScenesFitAndFewMore) {
+TEST(OutgoingQueueTest, TheLimitIsAFewMoreThanSixteenOfTheLargestScenes) {
   const JobDescription largest = description_of(std::size_t{16} << 20);
   OutgoingQueue queue;
   for (int i = 0; i < 16; ++i) {
@@ -32,7 +32,7 @@ TEST(OutgoingQueueTest, SixteenDescriptionsOfTheLargestScenesFitAndFewMore) {
   EXPECT_TRUE(queue.empty());
 }
 
-TEST(OutgoingQueueTest, AcknowledgementsJoinAndCount) {
+TEST(OutgoingQueueTest, AcknowledgementsAreMergedAndCountTowardsTheLimit) {
   OutgoingQueue queue;
   for (int i = 0; i < 100; ++i) {
     queue.push(ResultAck{std::vector<NodeKey>(100)});

@@ -1,5 +1,5 @@
 // Work that takes too long, and workers that send heartbeats but no results.
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {

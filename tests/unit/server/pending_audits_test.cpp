@@ -142,7 +142,7 @@ TEST(PendingAudits, GoToOtherMachinesInUnitsOfOneRange) {
   EXPECT_EQ(all.next_for(on("c"), 8), (std::vector<PendingAudits::Key>{next[0]}));
 }
 
-TEST(PendingAudits, AreTakenOverByMachinesThatHaveMadeNoClaim) {
+TEST(PendingAudits, OnlyMachinesWithoutAClaimTakeOverAnAudit) {
   PendingAudits all;
   const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
@@ -229,7 +229,7 @@ TEST(PendingAudits, AnAuditThatOneIdentityLosesGoesToOthersUntilThreeLoseIt) {
   EXPECT_EQ(all.lost(), 0u);
 }
 
-TEST(PendingAudits, ADisputeLeavesAnIdentityThatLosesIt) {
+TEST(PendingAudits, AnIdentityThatLosesADisputesAuditsGetsNoMore) {
   PendingAudits all;
   const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));

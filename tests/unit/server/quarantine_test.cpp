@@ -1,6 +1,6 @@
 // Workers in quarantine: who is excluded, for what reason, and until when.
 #include "tests/support/film_planes.h"
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {

@@ -1,5 +1,5 @@
 // Workers that refuse jobs: which ones count, and which worker is asked next.
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {

@@ -60,7 +60,7 @@ TEST_F(LeasingTest, LeasesThatAReturningWorkerLacksAreLeasedAgainAtOnce) {
   EXPECT_GT(status(job).samples_done, 0u);
 }
 
-TEST_F(LeasingTest, ANameBelongsToOneProcessWhileItIsHeard) {
+TEST_F(LeasingTest, ANameBelongsToOneProcessWhileItSendsMessages) {
   const SessionId first = connect("w");
   const auto other = [&] { return connect("w", 1, "class-a", {}, 2); };
   const SessionId refused = other();

@@ -42,7 +42,7 @@ TEST(CheckFiles, RefusesMissingAndTooLargeFiles) {
   EXPECT_NE(message_of(missing).find(sha256("nowhere").hex()), std::string::npos) << message_of(missing);
 }
 
-TEST(FillDefaults, AJobWithASceneAndASizeIsWhole) {
+TEST(FillDefaults, ASceneAndASizeMakeACompleteJob) {
   v1::SubmitJobRequest request;
   request.set_request_id("r");
   request.mutable_job()->mutable_goal()->set_samples(1);
@@ -58,7 +58,7 @@ TEST(FillDefaults, AJobWithASceneAndASizeIsWhole) {
   EXPECT_EQ(spec.settings.renderer_version, kRendererVersion);
 }
 
-TEST(FillDefaults, NothingThatIsGivenChanges) {
+TEST(FillDefaults, GivenValuesStay) {
   v1::RenderSettings settings;
   settings.set_width(6);
   settings.set_height(4);

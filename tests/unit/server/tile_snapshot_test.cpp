@@ -71,7 +71,7 @@ TEST(TileSnapshot, APageGetsTheMeanAndTheErrorOfItsPixels) {
   EXPECT_EQ(first_halves(snapshot(film, TileId{0})), (std::vector<unsigned>{0x4400, 0x4400, 0x4400, 0x39a8}));
 }
 
-TEST(TileSnapshot, ALayersPixelsAreItsOwn) {
+TEST(TileSnapshot, EachLayerHasItsOwnValues) {
   const std::vector<std::string> names{"direct", "light:key", "normal", "depth", "id"};
   const std::vector<LayerSpec> layers = film_layers(names).value();
   const NodeLayout layout(layers);

@@ -1,6 +1,6 @@
 // Work of a worker that is in quarantine is dropped and rendered again.
 #include "tests/support/film_planes.h"
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {

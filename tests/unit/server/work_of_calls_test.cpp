@@ -65,7 +65,7 @@ TEST_F(WorkOfCalls, AListLooksAtEachWorkerOnce) {
   EXPECT_LT(list(), with_one + 5 * kWorkers) << "jobs × workers are " << kJobs * kWorkers;
 }
 
-TEST_F(WorkOfCalls, TheFirstWrongTagOfAHeldLeaseIsTheLastOneChecked) {
+TEST_F(WorkOfCalls, CheckingAHeldLeaseStopsAtItsFirstWrongTag) {
   const JobId job = submit(spec("r1", 4));
   const SessionId first = connect("w");
   HeldLease forged = held(got<LeaseGrant>(first).at(0));

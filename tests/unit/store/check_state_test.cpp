@@ -167,7 +167,7 @@ TEST_F(CheckStateTest, AJobThatHasLostAllRowsOfItsFilmIsNamed) {
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
-TEST_F(CheckStateTest, ADamagedRecordTakesTheNodeWithIt) {
+TEST_F(CheckStateTest, ADamagedRecordRemovesItsNode) {
   execute("UPDATE results SET worker = 'innocent' WHERE job = 2 AND tile = 1");
   const StateCheck found = check().value();
   EXPECT_TRUE(!found.sound && found.whole);

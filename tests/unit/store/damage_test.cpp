@@ -141,7 +141,7 @@ int root_page(const fs::path& file, const std::string& table) {
       SqliteFile(file).rows(fmt::format("SELECT rootpage FROM sqlite_schema WHERE name = '{}'", table)).at(0));
 }
 
-TEST_F(Damage, ARowThatVanishesFromItsPageIsMissed) {
+TEST_F(Damage, ARowThatVanishesFromItsPageIsDetected) {
   open_sqlite_store(file_).value();  // all of it in the database
   constexpr std::streamoff kPageBytes = 16384, kRowsLowByte = 4;
   for (const stored::TableInfo& table : stored::kTables) {

@@ -239,7 +239,7 @@ TEST_F(SqliteStoreTest, ConversionDoesNotHideDamage) {
   EXPECT_EQ(state.next_job_id, 4u);
 }
 
-TEST_F(SqliteStoreTest, ALostJobTakesNoTilesOfOthersAlong) {
+TEST_F(SqliteStoreTest, ALostJobLeavesTilesOfOtherJobsIntact) {
   std::vector<StoreOp> ops{PutJob{test::full_record(1)}, PutJob{test::full_record(2)}};
   for (std::uint32_t tile = 0; tile < 300; ++tile) {
     for (const JobId job : {JobId{1}, JobId{2}}) {

@@ -241,7 +241,7 @@ TEST(MaterialJson, NormalMapsAndBumpMapsAreRead) {
 
 TEST(MaterialJson, RoughMaterialsCanScatterOnce) {
   for (const char* kind : {R"("conductor": {"metal": "gold"})", R"("dielectric": {})", R"("principled": {})",
-                           R"("diffuse": {"roughness": 1})"}) {
+                           R"("diffuse": {"reflectance": {"rgb": [1, 1, 1]}, "roughness": 1})"}) {
     EXPECT_FALSE(read(kind).single_scattering) << kind;
     EXPECT_TRUE(read(std::string(kind) + R"(, "single_scattering": true)").single_scattering) << kind;
   }

@@ -73,7 +73,7 @@ TEST(InspectMeshes, AllMeshesTogetherHaveALimit) {
   EXPECT_EQ(
       message_of(status),
       "a.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: the scene's compressed meshes have more "
-      "than 64.0 KiB, a 8th of what --scene-gib of its worker allows: `lightmill submit` reads them on your machine");
+      "than 64.0 KiB, which is 1/8 of the worker's --scene-gib: `lightmill submit` reads them on your machine");
 }
 
 }  // namespace

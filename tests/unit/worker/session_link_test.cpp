@@ -157,8 +157,7 @@ TEST_F(SessionTest, ADrainWithoutACoordinatorWaitsBrieflyAndDropsResults) {
   pass(std::chrono::milliseconds(100));
   ASSERT_EQ(asked<Exit>().size(), 1u);
   EXPECT_FALSE(asked<Exit>()[0].failed);
-  EXPECT_NE(asked<Exit>()[0].reason.find("Dropped tiles, which the coordinator will have rendered again: 1"),
-            std::string::npos)
+  EXPECT_NE(asked<Exit>()[0].reason.find("Dropped tiles, which other workers will render again: 1"), std::string::npos)
       << asked<Exit>()[0].reason;
 }
 
@@ -190,7 +189,8 @@ TEST_F(SessionTest, ARequestedDrainIsLogged) {
   begin(1);
   say(DrainRequest{});
   ASSERT_EQ(asked<LogNotice>().size(), 1u);
-  EXPECT_EQ(asked<LogNotice>()[0].text, "drain: finish what you have begun, and leave");
+  EXPECT_EQ(asked<LogNotice>()[0].text,
+            "the coordinator drains this worker: it finishes running tiles, gives back the rest and leaves");
 }
 
 TEST_F(SessionTest, ADrainDropsUnacknowledgedResults) {

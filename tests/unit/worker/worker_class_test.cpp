@@ -12,7 +12,7 @@
 namespace lightmill::test {
 namespace {
 
-TEST(WorkerClass, IsOfTheTestRenderAndTheImageDecoder) {
+TEST(WorkerClass, DependsOnTheTestRenderAndTheImageDecoder) {
   const TemporaryFolder folder;
   const auto decoder = [&](const std::string& name, const std::string& does) {
     const std::filesystem::path program = folder.path() / name;

@@ -25,7 +25,7 @@ function field(text: string): string {
   return /[",\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
 }
 
-/** One line per point: thread seconds, relMSE and its 95 % interval. */
+/** One line per point: thread seconds, relMSE and its 95% interval. */
 export function csvOf(lines: readonly ChartLine[]): string {
   const rows = lines.flatMap(({name, method, points}) =>
     points.map((point) => [field(name), field(method), point.seconds, point.error, point.low, point.high].join(',')),

@@ -24,7 +24,7 @@ export interface Measured {
 }
 
 export interface PictureErrors {
-  /** Mean over pixels and channels of (x−r)² / (r² + 0.01), and the same without the worst 0.1 % of the pixels (rounded down). */
+  /** Mean over pixels and channels of (x−r)² / (r² + 0.01), and the same without the worst 0.1% of the pixels (rounded down). */
   relMse: number;
   relMseTrimmed: number;
   /** Σx / Σr. */

@@ -4,7 +4,7 @@ import type {Job} from '../wire/lightmill/v1/farm_pb';
 export interface CurvePoint {
   /** Seconds of the workers' threads. */
   seconds: number;
-  /** relMSE, and the ends of its 95 % confidence interval. */
+  /** relMSE, and the ends of its 95% confidence interval. */
   error: number;
   low: number;
   high: number;

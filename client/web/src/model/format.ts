@@ -68,9 +68,9 @@ export function errorText(relMse: number | undefined): string {
   return percent >= 9.95 ? `±${percent.toFixed(0)}%` : `±${percent.toPrecision(2)}%`;
 }
 
-/** "±1.2% (95 %: at most ±1.3%)": the estimate, and the upper end of its 95 % confidence interval. Empty while it is unknown. */
+/** "±1.2% (95%: at most ±1.3%)": the estimate, and the upper end of its 95% confidence interval. Empty while it is unknown. */
 export function boundedErrorText(error: {relMse: number; halfWidth: number} | undefined): string {
-  return error ? `${errorText(error.relMse)} (95 %: at most ${errorText(error.relMse + error.halfWidth)})` : '';
+  return error ? `${errorText(error.relMse)} (95%: at most ${errorText(error.relMse + error.halfWidth)})` : '';
 }
 
 /** A pixel's value in five significant digits. */

@@ -32,7 +32,7 @@ export interface JobForm {
   /** 0: no limit; the same for the next two. */
   samples: number;
   seconds: number;
-  /** The error in percent: ±1 % is the relMSE 0.0001. */
+  /** The error in percent: ±1% is the relMSE 0.0001. */
   percent: number;
   adaptive: boolean;
   priority: number;

@@ -99,7 +99,7 @@ export function ComparePanel({reference, measurement, pixels}: {reference: Refer
     measurement && errors
       ? [
           ['relMSE', valueText(errors.relMse)],
-          ['relMSE without the worst 0.1 %', valueText(errors.relMseTrimmed)],
+          ['relMSE without the worst 0.1%', valueText(errors.relMseTrimmed)],
           ['Energy ratio', valueText(errors.energyRatio)],
           ['SMAPE', valueText(errors.smape)],
           measurement.flip ? [flipName(measurement.flip), valueText(measurement.flip.mean)] : ['FLIP', '…'],
@@ -125,7 +125,7 @@ export function ComparePanel({reference, measurement, pixels}: {reference: Refer
           </div>
         ))}
       </dl>
-      {errors && errors.share < 1 && <p class="muted">Over the {(100 * errors.share).toFixed(1)} % of the pixels that both have.</p>}
+      {errors && errors.share < 1 && <p class="muted">Over the {(100 * errors.share).toFixed(1)}% of the pixels that both have.</p>}
     </section>
   );
 }

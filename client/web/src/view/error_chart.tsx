@@ -142,7 +142,7 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
       <figcaption>
         {text}
         <span class="keys">
-          <span class="key band">95 % confidence</span>
+          <span class="key band">95% confidence</span>
           {curve.target !== undefined && <span class="key target">target</span>}
           {curve.finish && <span class="key finish">extrapolation</span>}
           <span class="key guide">slopes −1, −2</span>

@@ -50,7 +50,7 @@ export function JobFields({form, onForm}: JobFieldsProps) {
           Goal <span class="muted">the first one that is reached ends the job; 0: no limit</span>
         </legend>
         {number('samples', 'Samples', {least: 0, title: 'Per pixel'})}
-        {number('percent', 'Error, ±%', {least: 0, step: 0.1, whole: false, title: 'With 95 % confidence. 10 is slightly noisy, 3 is smooth'})}
+        {number('percent', 'Error, ±%', {least: 0, step: 0.1, whole: false, title: 'With 95% confidence. 10 is slightly noisy, 3 is smooth'})}
         {number('seconds', 'Seconds', {least: 0, whole: false, title: 'Rendering time'})}
         <label class="check" title="Adaptive sampling: noisy tiles get up to 4 times the samples, smooth tiles down to a quarter">
           <input type="checkbox" checked={form.adaptive} onChange={(event) => set({adaptive: event.currentTarget.checked})} />

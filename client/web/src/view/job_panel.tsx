@@ -16,7 +16,7 @@ function offeredGoal(job: Job): {label: string; offer: number; goal: (value: num
   const error = job.goal?.error ?? 0;
   if (error > 0) {
     const percent = Number((50 * Math.sqrt(error)).toPrecision(2));
-    return {label: 'New error, ±% (95 %)', offer: percent, goal: (value) => ({error: (value / 100) ** 2})};
+    return {label: 'New error, ±% (95%)', offer: percent, goal: (value) => ({error: (value / 100) ** 2})};
   }
   const samples = Number(job.goal?.samples ?? 0n) || Math.max(Number(job.frameSamples), 1);
   return {label: 'New total of samples', offer: 2 * samples, goal: (value) => ({samples: Math.round(value)})};

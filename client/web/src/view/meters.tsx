@@ -99,7 +99,7 @@ export function MetersPanel({rows, shown, onShown}: {rows: readonly MeterRow[]; 
           </div>
         ))}
       </dl>
-      <p class="muted">Each ± has 95 % confidence.</p>
+      <p class="muted">Each ± has 95% confidence.</p>
     </section>
   );
 }

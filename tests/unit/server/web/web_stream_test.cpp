@@ -87,7 +87,7 @@ TEST_F(WebStreamTest, AReadEndsAtItsDeadline) {
   EXPECT_EQ(result, boost::beast::error::timeout);
 }
 
-TEST_F(WebStreamTest, AHandshakeEndsAtADeadlineFromBeforeIt) {
+TEST_F(WebStreamTest, ADeadlineSetBeforeTheHandshakeEndsIt) {
   error_code result;
   stream_->tcp().expires_after(kSoon);
   stream_->async_handshake(std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server), {},

@@ -1,5 +1,5 @@
 // Audits: which results another machine renders again, and when the job is done.
-#include "tests/unit/server/verifying_fixture.h"
+#include "tests/unit/server/audit_fixture.h"
 
 namespace lightmill::test {
 namespace {

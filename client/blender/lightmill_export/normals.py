@@ -4,15 +4,15 @@ import numpy as np
 from .nodes import Input, Node
 
 
-def read_bend(maker, inputs, are_all):
+def read_normal(maker, inputs, are_all):
     """Reads the linked Normal inputs of a material's shaders. `are_all`: every Normal input is linked."""
     sources = [one.source() for one in inputs]
     if len({source[0] for source in sources}) > 1 or not are_all:
         maker.notices.here("left out: its shaders have different normals. All of them use the first")
-    bend(maker, Node(sources[0][0], sources[0][2]))
+    make_normal(maker, Node(sources[0][0], sources[0][2]))
 
 
-def bend(maker, inside):
+def make_normal(maker, inside):
     node = inside.node
     if node.type not in ("NORMAL_MAP", "BUMP"):
         maker.notices.node(node, "left out: Lightmill changes normals only by normal maps and bump maps")
@@ -65,7 +65,7 @@ def bump_map(maker, value, height, node):
                                   "height": float(height * value.rgb[0])}
 
 
-def read_displacement(maker, material, socket, bent):
+def read_displacement(maker, material, socket, has_map):
     node, _output, groups = Input(socket).source()
     if node is None:
         return
@@ -80,7 +80,7 @@ def read_displacement(maker, material, socket, bent):
         maker.notices.node(node, "left out: only a Displacement node with an image changes normals")
         return
     inside = Node(node, groups)
-    if bent:
+    if has_map:
         maker.notices.node(node, "left out: the material already has a normal map or bump map")
         return
     scale = maker.reader.number(inside.input("Scale"), node)
