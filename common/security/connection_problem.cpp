@@ -219,46 +219,51 @@ bool calls(const Send& send, const Receive& receive) {
   return false;
 }
 
-std::optional<std::string> problem_of_attempt(const std::string& address, const TlsTexts& texts) {
+struct Problem {
+  std::optional<std::string> text;
+  bool closed = false;  ///< without a reason: the coordinator refuses our certificate, or ends
+};
+
+Problem problem_of_attempt(const std::string& address, const TlsTexts& texts) {
   const Result<HostPort> to = parse_host_port(address);
   const openssl::Context context = context_of(texts);
   if (!to.ok() || context == nullptr) {
-    return std::nullopt;
+    return {};
   }
   const Socket socket(*to);
   if (socket.fd() < 0) {
-    return std::nullopt;
+    return {};
   }
   const openssl::Connection connection(SSL_new(context.get()));
   if (connection == nullptr || SSL_set_fd(connection.get(), socket.fd()) != 1) {
-    return std::nullopt;
+    return {};
   }
   expect_host(connection.get(), to->host);
   ERR_clear_error();
   const bool speaks_tls = SSL_connect(connection.get()) == 1;
   if (!texts.given()) {
-    return speaks_tls ? std::optional(fmt::format("it accepts only encrypted connections: give {} (and {})",
-                                                  kAuthorityOption, kCertificateOption))
-                      : std::nullopt;
+    return {speaks_tls ? std::optional(fmt::format("it accepts only encrypted connections: give {} (and {})",
+                                                   kAuthorityOption, kCertificateOption))
+                       : std::nullopt};
   }
   if (!speaks_tls) {
     if (ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_WRONG_VERSION_NUMBER) {
-      return fmt::format("it does not accept encrypted connections: leave out {} (and {}), or give the coordinator {}",
-                         kAuthorityOption, kAuthorityVariable, kCertificateOption);
+      return {fmt::format("it does not accept encrypted connections: leave out {} (and {}), or give the coordinator {}",
+                          kAuthorityOption, kAuthorityVariable, kCertificateOption)};
     }
     // Without an alert, the coordinator may be slow, overloaded or ending.
-    return ERR_GET_REASON(ERR_peek_last_error()) > SSL_AD_REASON_OFFSET ? refusal(texts) : std::nullopt;
+    return {std::nullopt, ERR_GET_REASON(ERR_peek_last_error()) > SSL_AD_REASON_OFFSET};
   }
   const std::optional<CertificateFacts> facts = shown_by(connection.get());
   if (const long code = SSL_get_verify_result(connection.get()); code != X509_V_OK && facts) {
-    return verdict(code, *to, *facts);
+    return {verdict(code, *to, *facts)};
   }
   // With TLS 1.3 the other side checks our certificate after the handshake. If it accepts it, HTTP/2 sends something
   // first.
   char first = 0;
   const int got = SSL_read(connection.get(), &first, 1);
   const bool silent = got <= 0 && SSL_get_error(connection.get(), got) == SSL_ERROR_WANT_READ;  // within our time limit
-  return got > 0 || silent ? std::nullopt : refusal(texts);
+  return {std::nullopt, got <= 0 && !silent};
 }
 
 }  // namespace
@@ -301,13 +306,13 @@ Status check_answers(int socket, bool encrypted) {
 }
 
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts) {
-  const std::optional<std::string> problem = problem_of_attempt(address, texts);
-  if (!problem || problem != refusal(texts)) {
-    return problem;
+  Problem problem = problem_of_attempt(address, texts);
+  if (problem.closed) {
+    // A coordinator that ends closes its connections in the same way, but not twice.
+    std::this_thread::sleep_for(kPauseOfAttempts);
+    problem = problem_of_attempt(address, texts);
   }
-  // A coordinator that ends closes its connections in the same way, but not twice.
-  std::this_thread::sleep_for(kPauseOfAttempts);
-  return problem_of_attempt(address, texts);
+  return problem.closed ? refusal(texts) : problem.text;
 }
 
 }  // namespace lightmill
