@@ -181,7 +181,7 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
             "a worker that is silent for this time loses its work");
   add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
-            "interval of workers' heartbeats. With hundreds of workers it grows by itself, up to a quarter of "
+            "interval of workers' heartbeats. With more than 1,000 workers it grows, up to a quarter of "
             "--lease-seconds");
   add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
             "after a start, running jobs wait this time for workers to return with the work that they hold");
@@ -244,10 +244,10 @@ void add_keeping_options(CLI::App& app, ServerOptions& options) {
       "free space on the disk of --data below which the coordinator accepts no job or asset, and leases no work. Jobs "
       "say so, and resume by themselves");
   add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
-            "limit of the farm's log (`lightmill log`): N changes, and a quarter of N for refusals and for connecting "
+            "limit of the action log (`lightmill log`): N changes, and a quarter of N for refusals and for connecting "
             "workers each. Newer entries replace the oldest");
   add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500},
-            "entries of the farm's log are deleted after this time");
+            "entries of the action log are deleted after this time");
 }
 
 const CLI::App& add_check_command(CLI::App& app, ServerOptions& options) {

@@ -85,7 +85,7 @@ class CoordinatorClient {
   Result<std::vector<v1::Token>> list_tokens();
   Result<v1::RevokeTokenResponse> revoke_token(const v1::RevokeTokenRequest& request);
 
-  /// The log of actions, newest first, at most `limit`. Reads all pages that `request` selects.
+  /// The action log, newest first, at most `limit`. Reads all pages that `request` selects.
   Result<std::vector<v1::Action>> list_actions(v1::ListActionsRequest request, std::size_t limit);
 
   /// Cancels the calls in progress.

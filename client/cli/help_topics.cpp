@@ -89,9 +89,9 @@ void explain_layers(const Console& console) {
        {"bias", "Bias.R/G/B", "an estimate of the bias: the picture minus one with half the gather radius"},
        {"light:NAME", "Light.NAME.R/G/B", "light of the light group NAME; Light.rest has all other light"},
        {"albedo", "Albedo.R/G/B", "the reflectance of the first surface"},
-       {"normal", "N.X/Y/Z", "its shading normal, in scene coordinates"},
+       {"normal", "N.X/Y/Z", "the shading normal of the first surface, in scene coordinates"},
        {"features", "Features.A/B...", "sums of albedo, normal and 1/depth, for --denoise"},
-       {"depth", "Z", "its distance from the camera's plane, in scene units"},
+       {"depth", "Z", "the distance of the first surface from the camera's plane, in scene units"},
        {"id", "CryptoObject.., CryptoMaterial..", "objects and materials as Cryptomatte"}});
   console.result("");
   print_table(console, {{"METHOD", "LAYERS"},
@@ -159,7 +159,7 @@ void explain_methods(const Console& console) {
       {{"PARAMETER", "MEANS"},
        {"photons=N", "photons per pass. A pass adds one sample to each pixel (default: 1 per 16 pixels; vcm: 1 per 4)"},
        {"radius=C", "gather radius of the first pass, in pixels (default: 1.5; vcm: 0.5; ppm: 3)"},
-       {"caustic", "only photons that have met a mirror or glass first"},
+       {"caustic", "only photons that have met a caster (mirror, glass, smooth metal) first"},
        {"no-absorption", "media inside shapes absorb no light"},
        {"distance=D", "maximum distance of occluders, in scene units (default: unlimited)"},
        {"flat", "shades with geometric normals"},

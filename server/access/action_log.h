@@ -1,4 +1,4 @@
-// Log of actions: calls that changed something, workers that connected, and refusals.
+// Action log: calls that changed something, workers that connected, and refusals.
 #pragma once
 
 #include <cstdint>

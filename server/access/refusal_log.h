@@ -1,4 +1,4 @@
-// Filter for refusals in the farm's log: a flood leaves few entries, and a repeated refusal one entry per hour.
+// Filter for refusals in the action log: a flood leaves few entries, and a repeated refusal one entry per hour.
 #pragma once
 
 #include <cstdint>

@@ -33,7 +33,7 @@ enum class Right {
 struct Rpc {
   std::string_view service, method;
   Right right = Right::administer;
-  bool recorded = false;  ///< it changes something, so the farm's log records it
+  bool recorded = false;  ///< it changes something, so the action log records it
   friend bool operator==(const Rpc&, const Rpc&) = default;
 };
 

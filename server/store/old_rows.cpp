@@ -135,7 +135,7 @@ class OldRows {
   void mark_damaged(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
   /// Moves damaged jobs from `jobs` to `damaged_jobs`, and logs them. A job without a checksum is damaged.
   void remove_damaged_jobs();
-  /// Records a token, or an entry of the farm's log, that cannot be read.
+  /// Records a token, or an entry of the action log, that cannot be read.
   void leave_out(std::string_view what, const Status& why);
 
   RowSource& rows_;

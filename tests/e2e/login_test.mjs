@@ -133,7 +133,7 @@ test('a user who can only view is offered no submission', async () => {
   page = before;
 });
 
-test('only an admin reads the log of actions, which says what changed', async () => {
+test('only an admin reads the action log, which says what changed', async () => {
   const before = page;
   const kinds = () => page.getByRole('group', {name: 'Kind of events'});
   page = await session.open('#/workers');

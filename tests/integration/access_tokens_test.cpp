@@ -110,7 +110,7 @@ TEST(TokenAccess, ARefusedWorkerLogsItOnceAndConnectsWhenAllowed) {
       (secure.farm().folder() / "worker.log").string());
   const auto worker_said = [&](const std::string& words) { return secure.farm().times_said("worker", words); };
   ASSERT_TRUE(eventually([&] { return worker_said("refused by") > 0; })) << secure.farm().log("worker");
-  EXPECT_NE(secure.farm().log("worker").find("up to 60 s apart"), std::string::npos);
+  EXPECT_NE(secure.farm().log("worker").find("pauses of up to 60 s"), std::string::npos);
   EXPECT_TRUE(eventually([&] { return worker_said("refused again") >= 2; })) << secure.farm().log("worker");
   EXPECT_EQ(worker_said("refused by"), 1) << secure.farm().log("worker");
   EXPECT_EQ(worker_said("connected to"), 0) << secure.farm().log("worker");

@@ -97,7 +97,7 @@ Status show_log(CoordinatorClient& connection, const Console& console, const Log
 
 void add_log_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<LogOptions>();
-  CLI::App* command = app.add_subcommand("log", "Show the log of actions: who did what, and what was refused.");
+  CLI::App* command = app.add_subcommand("log", "Show the action log: who did what, and what was refused.");
   command->footer("Needs the role admin. docs/operate/security.md lists what is recorded, and how long it is kept.");
   add_common_options(*command, context);
   command->add_option("--job", options->job, "only actions on this job")->type_name("N")->check(job_number());

@@ -289,6 +289,13 @@ def vertical_sensor():
 # Materials.
 
 @case
+def rough_diffuse():
+    under_the_sky(floor=material("clay", Color=(0.8, 0.8, 0.8, 1), Roughness=1.0),
+                  ball=material("sand", Color=(0.8, 0.6, 0.4, 1), Roughness=1.0),
+                  block=material("plaster", Color=(0.3, 0.5, 0.8, 1), Roughness=0.5))
+
+
+@case
 def principled_rough_floor():
     rough = material("rough", "BSDF_PRINCIPLED", Base_Color=gray(0.6), Roughness=1.0)
     under_the_sky(floor=rough, ball=rough, block=rough)

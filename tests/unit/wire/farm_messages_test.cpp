@@ -273,7 +273,7 @@ TEST(FarmMessages, CoordinatorMessagesSurviveARoundTrip) {
   v1::WorkResponse fewer;
   to_wire(CoordinatorMessage(grant), &fewer);
   fewer.mutable_lease()->mutable_tags()->RemoveLast();
-  EXPECT_NE(error_message(from_wire(fewer)).find("1 of 2 tiles"), std::string::npos);
+  EXPECT_NE(error_message(from_wire(fewer)).find("got 1 for 2 tiles"), std::string::npos);
 
   const ResultAck ack{{{JobId{1}, TileId{2}, {3, 4}}, {JobId{5}, TileId{6}, {0, 0}}}};
   EXPECT_EQ(std::get<ResultAck>(through_wire(CoordinatorMessage(ack))).keys, ack.keys);

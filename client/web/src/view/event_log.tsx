@@ -1,4 +1,4 @@
-/** The farm's events and the log of actions, newest first. */
+/** The farm's events and the action log, newest first. */
 import {useEffect, useState} from 'preact/hooks';
 import {fetchEvents} from '../api/farm_activity';
 import {kEventKinds, withNewest, withOlder, type EventPages, type EventKind} from '../model/farm_events';
