@@ -181,16 +181,16 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
             "a worker that is silent for this time loses its work");
   add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
-            "interval of workers' heartbeats. With more than 1,000 workers it grows, up to a quarter of "
-            "--lease-seconds");
+            "interval of workers' heartbeats. It grows so that all workers together send at most 500 a "
+            "second, up to a quarter of --lease-seconds");
   add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
             "after a start, running jobs wait this time for workers to return with the work that they hold");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "units are so large that each keeps its worker busy for at least this time");
   add_limit(
       app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
-      "CPU time that a pilot, or one range of samples of a tile, may take. Beyond it, samples are given out one by "
-      "one. A job fails if its pilot or one sample takes longer for two workers with different certificates or "
+      "CPU time that a pilot, or one range of samples of a tile, may take. Beyond it, samples are leased one at a "
+      "time. A job fails if its pilot or one sample takes longer for two workers with different certificates or "
       "tokens. A worker that sends nothing for twice as long loses its work");
   add_limit(app, "--results-rate", options.results_mib, "MIB/S", {1.0, 1e6},
             "limit of the results of all workers together. More workers get longer units, and still longer ones "

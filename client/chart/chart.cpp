@@ -11,9 +11,9 @@ namespace {
 
 constexpr int kLeft = 74, kRight = 18, kTitleHeight = 30, kAxisHeight = 44, kLegendRow = 20;
 constexpr double kRoom = 0.06;        // of the range, at both ends
-constexpr double kMinSpan = 0.5;    // decades that an axis shows
+constexpr double kMinSpan = 0.5;      // decades that an axis shows
 constexpr double kFineDecades = 1.7;  // decades; below this, 2 and 5 are labelled
-constexpr int kMaxTicks = 8;         // labelled powers of ten
+constexpr int kMaxTicks = 8;          // labelled powers of ten
 constexpr double kLetterWidth = 6.6;  // width of 12 px text, rounded up
 constexpr double kMarkRadius = 3.5;
 

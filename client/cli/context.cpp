@@ -1,5 +1,7 @@
 #include "client/cli/context.h"
 
+#include <algorithm>
+#include <cctype>
 #include <limits>
 
 #include "client/cli/units.h"
@@ -60,15 +62,31 @@ void add_openjd_option(CLI::App& command, Context& context) {
       ->excludes(command.get_option("--json"));
 }
 
+namespace {
+
+/// The word as a shell needs it.
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain = "_./:@%+=,-";
+  const bool plain = std::ranges::all_of(
+      word, [&](unsigned char c) { return std::isalnum(c) != 0 || kPlain.find(static_cast<char>(c)) != kPlain.npos; });
+  std::string quoted = "'";
+  for (const char c : word) {
+    quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  }
+  return plain ? word : quoted + "'";
+}
+
+}  // namespace
+
 std::string CommonOptions::farm_options() const {
   const std::pair<const char*, const std::string*> options[]{{"--server", &server},
-                                                            {"--tls-ca", &caller.tls.authority},
-                                                            {"--tls-cert", &caller.tls.certificate},
-                                                            {"--tls-key", &caller.tls.key},
-                                                            {"--token-file", &caller.token_file}};
+                                                             {"--tls-ca", &caller.tls.authority},
+                                                             {"--tls-cert", &caller.tls.certificate},
+                                                             {"--tls-key", &caller.tls.key},
+                                                             {"--token-file", &caller.token_file}};
   std::string words;
   for (const auto& [option, value] : options) {
-    words += value->empty() ? "" : fmt::format(" {} {}", option, *value);
+    words += value->empty() ? "" : fmt::format(" {} {}", option, shell_word(*value));
   }
   return words;
 }

@@ -33,7 +33,7 @@ void explain_access(const Console& console) {
   print_table(console, {{"ROLE", "MAY"},
                         {"view", "see all jobs, pictures and workers"},
                         {"submit", "submit jobs; see and change its own; see the workers"},
-                        {"operate", "all that with everybody's jobs; drain, quarantine and release workers"},
+                        {"operate", "all that with the jobs of all users; drain, quarantine and release workers"},
                         {"worker", "get work and send results"},
                         {"admin", "all but render and enrol; make, list and revoke tokens; read the log"},
                         {"enrol", "get a token with the role worker (lightmill tokens create NAME --enrol N)"}});

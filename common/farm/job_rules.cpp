@@ -42,7 +42,7 @@ Status check_goal_error(double error) {
 }
 
 std::uint64_t most_samples(const Goal& goal) {
-  return kMaxSamples >> (goal.adaptive ? Allocation::kMaxShift : 0);
+  return kMaxSamples >> (goal.adaptive ? Allocation::kMaxDoublings : 0);
 }
 
 Status check_goal(const Goal& goal) {

@@ -28,7 +28,7 @@ std::vector<Doubling> doublings_of(std::span<const TileNoise> tiles, int most) {
   constexpr double kMinCost = 1e-300;  // a tile may cost nothing
   std::vector<Doubling> doublings;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    for (int shift = Allocation::kMinShift; shift < most; ++shift) {
+    for (int shift = Allocation::kMinDoublings; shift < most; ++shift) {
       const double gained = tiles[i].variance * (error_factor(shift) - error_factor(shift + 1));
       doublings.push_back({i, shift, gained / std::max(std::ldexp(tiles[i].cost, shift), kMinCost)});
     }
@@ -40,10 +40,10 @@ std::vector<Doubling> doublings_of(std::span<const TileNoise> tiles, int most) {
 /// All tiles start with the least shift. The budget is one sample per pixel on average. The best doublings are taken
 /// while they fit into it.
 std::vector<std::int8_t> one_on_average(std::span<const TileNoise> tiles, int most) {
-  std::vector<std::int8_t> shifts(tiles.size(), Allocation::kMinShift);
-  double left = 0;  // in pixel samples; exact, as multiples of 2^kMinShift
+  std::vector<std::int8_t> shifts(tiles.size(), Allocation::kMinDoublings);
+  double left = 0;  // in pixel samples; exact, as multiples of 2^kMinDoublings
   for (const TileNoise& tile : tiles) {
-    left += tile.pixels - std::ldexp(tile.pixels, Allocation::kMinShift);
+    left += tile.pixels - std::ldexp(tile.pixels, Allocation::kMinDoublings);
   }
   for (const Doubling& doubling : doublings_of(tiles, most)) {
     const double more = std::ldexp(tiles[doubling.tile].pixels, doubling.from);
@@ -58,7 +58,7 @@ std::vector<std::int8_t> one_on_average(std::span<const TileNoise> tiles, int mo
 /// relMSE × cost. The tile with the most samples decides the shared cost.
 double inefficiency(std::span<const TileNoise> tiles, std::span<const std::int8_t> shifts, double shared_cost) {
   double error = 0, cost = 0;
-  int most = Allocation::kMinShift;
+  int most = Allocation::kMinDoublings;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     error += tiles[i].pixels * tiles[i].variance * error_factor(shifts[i]);
     cost += std::ldexp(tiles[i].pixels * tiles[i].cost, shifts[i]);
@@ -71,9 +71,9 @@ double inefficiency(std::span<const TileNoise> tiles, std::span<const std::int8_
 
 Result<Allocation> Allocation::of(std::vector<std::int8_t> shifts) {
   for (std::size_t i = 0; i < shifts.size(); ++i) {
-    if (shifts[i] < kMinShift || shifts[i] > kMaxShift) {
-      return invalid_argument("allocation: tile {} has shift {}, which must be from {} to {}", i, shifts[i], kMinShift,
-                              kMaxShift);
+    if (shifts[i] < kMinDoublings || shifts[i] > kMaxDoublings) {
+      return invalid_argument("allocation: tile {} has shift {}, which must be from {} to {}", i, shifts[i],
+                              kMinDoublings, kMaxDoublings);
     }
   }
   Allocation out;
@@ -94,7 +94,7 @@ AllocationResult allocate(std::span<const TileNoise> tiles, double shared_cost) 
     return best;
   }
   const double before = inefficiency(tiles, std::vector<std::int8_t>(tiles.size(), 0), shared_cost);
-  for (int most = 1; most <= Allocation::kMaxShift; ++most) {
+  for (int most = 1; most <= Allocation::kMaxDoublings; ++most) {
     std::vector<std::int8_t> shifts = one_on_average(tiles, most);
     const double gain = before / inefficiency(tiles, shifts, shared_cost);
     if (gain >= kMinGain && gain > best.gain) {

@@ -17,7 +17,7 @@ namespace lightmill {
 /// tiles of a default Allocation.
 class Allocation {
  public:
-  static constexpr int kMinShift = -2, kMaxShift = 2;
+  static constexpr int kMinDoublings = -2, kMaxDoublings = 2;
 
   Allocation() = default;
   /// One shift per tile. INVALID_ARGUMENT if one is out of range.

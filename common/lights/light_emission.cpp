@@ -73,9 +73,9 @@ LightEmission::LightSpheres8 LightEmission::spheres(U8 light, M8 lanes) const {
       add(spheres.outward_only(index, of_kind), spheres.center(index, of_kind), spheres.radius(index, of_kind));
     }
   });
-  table_->for_each_spherical_kind(light, lanes, [&](const auto& spheres, U8 index, M8 some) {
-    const F8 radius = spheres.radii().at(index, some);
-    add(some & (radius > F8(0.0f)), spheres.position(index, some), radius);
+  table_->for_each_spherical_kind(light, lanes, [&](const auto& of_kind, U8 index, M8 some) {
+    const F8 radius = of_kind.radii().at(index, some);
+    add(some & (radius > F8(0.0f)), of_kind.position(index, some), radius);
   });
   return out;
 }
@@ -87,8 +87,8 @@ EmissionPoint8 LightEmission::point_on_sphere(U8 light, M8 spheres, const V8& ou
       out = merge(of_kind, table_->spheres.emission_point(index, of_kind, outward), out);
     }
   });
-  table_->for_each_spherical_kind(light, spheres, [&](const auto& spheres, U8 index, M8 some) {
-    out = merge(some, sphere_point(spheres, index, some, outward), out);
+  table_->for_each_spherical_kind(light, spheres, [&](const auto& of_kind, U8 index, M8 some) {
+    out = merge(some, sphere_point(of_kind, index, some, outward), out);
   });
   return out;
 }
@@ -144,8 +144,8 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
       out = select(of_kind, abs(dot(direction, outward)), out);
     }
   });
-  table_->for_each_spherical_kind(light, lanes, [&](const auto& spheres, U8 index, M8 some) {
-    const V8 outward = normalize(point - spheres.position(index, some));
+  table_->for_each_spherical_kind(light, lanes, [&](const auto& of_kind, U8 index, M8 some) {
+    const V8 outward = normalize(point - of_kind.position(index, some));
     out = select(table_->are_bodies(light, some), abs(dot(direction, outward)), out);
   });
   return out;

@@ -182,7 +182,8 @@ F8 LightTable::pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_lig
     pdf = select(some, disks.pdf_solid_angle(index, distance, cos_light, some), pdf);
   }
   for_each_spherical_kind(light, lanes, [&](const auto& spheres, U8 index, M8 some) {
-    const F8 of_spheres = sphere_pdf_solid_angle(from, spheres.position(index, some), spheres.radii().at(index, some));
+    const F8 of_spheres =
+        spherical_light_pdf_solid_angle(from, spheres.position(index, some), spheres.radii().at(index, some));
     pdf = select(some, of_spheres, pdf);
   });
   return needs_choice() ? pdf * choice_.pmf(from, light, lanes) : pdf;

@@ -6,7 +6,7 @@ namespace lightmill {
 
 LightBounds PointLights::bounds(std::size_t i) const {
   const double intensity = luminance(Vec3d(intensity_[i]));
-  return sphere_bounds(bounds_of_point(position_[i], kPointSolidAngle * intensity, intensity), radii_[i]);
+  return spherical_light_bounds(bounds_of_point(position_[i], kPointSolidAngle * intensity, intensity), radii_[i]);
 }
 
 LightSample8 PointLights::sample(const V8& p, U8 index, M8 lanes) const {
@@ -20,7 +20,7 @@ LightSample8 PointLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
 }
 
 Vec3d PointLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {
-  return sphere_irradiance(Vec3d(intensity_[i]), Vec3d(position_[i]) - p, radii_[i], n);
+  return spherical_light_irradiance(Vec3d(intensity_[i]), Vec3d(position_[i]) - p, radii_[i], n);
 }
 
 }  // namespace lightmill

@@ -57,7 +57,7 @@ struct SphereSample8 {
 };
 
 /// Density per solid angle of these samples; 0 for points, and from inside.
-inline F8 sphere_pdf_solid_angle(const V8& from, const V8& center, F8 radius) {
+inline F8 spherical_light_pdf_solid_angle(const V8& from, const V8& center, F8 radius) {
   const SphereView8 view(from, center, radius);
   return masked(SphereSample8::is_sphere(view, radius), cone_pdf_solid_angle(view.one_minus_cos));
 }
@@ -91,14 +91,14 @@ inline EmissionPoint8 sphere_emission_point(const V8& center, F8 radius, M8 lane
 }
 
 /// Irradiance of a sphere of uniform intensity on a surface with unit normal n, without occlusion.
-inline Vec3d sphere_irradiance(const Vec3d& intensity, const Vec3d& to_center, double radius, const Vec3d& n) {
+inline Vec3d spherical_light_irradiance(const Vec3d& intensity, const Vec3d& to_center, double radius, const Vec3d& n) {
   return glm::length(to_center) > radius
              ? intensity * (sphere_irradiance(to_center, radius, n) / (kPiDouble * radius * radius))
              : Vec3d(0);
 }
 
 /// Bounds of a point with this radius.
-inline LightBounds sphere_bounds(LightBounds point, double radius) {
+inline LightBounds spherical_light_bounds(LightBounds point, double radius) {
   point.low -= radius;
   point.high += radius;
   return point;

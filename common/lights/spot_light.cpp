@@ -12,7 +12,8 @@ void SpotLights::add(const SpotEmitter& spot) {
 }
 
 LightBounds SpotLights::bounds(std::size_t i) const {
-  return sphere_bounds(points_.bounds(i, 1.0 - outer_[i], 1, spot_solid_angle(inner_[i], outer_[i])), radii_[i]);
+  return spherical_light_bounds(points_.bounds(i, 1.0 - outer_[i], 1, spot_solid_angle(inner_[i], outer_[i])),
+                                radii_[i]);
 }
 
 IntensityShare8 SpotLights::share(const V8& direction, U8 index, M8 lanes) const {
@@ -46,7 +47,7 @@ Vec3d SpotLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) cons
   const M8 all(true);
   const Vec3d to_center = VectorLanes(points_.position(index, all))[0] - p;
   const V8 direction = broadcast(Vec3(-glm::normalize(to_center)));
-  return sphere_irradiance(VectorLanes(intensity(direction, index, all))[0], to_center, radii_[i], n);
+  return spherical_light_irradiance(VectorLanes(intensity(direction, index, all))[0], to_center, radii_[i], n);
 }
 
 V8 SpotLights::intensity(const V8& direction, U8 index, M8 lanes) const {

@@ -31,8 +31,14 @@ struct RoughDiffuse8 {
   static constexpr bool kTransmits = false, kHasLobes = true, kLosesSamples = false;
   V8 reflectance;
   F8 roughness;    ///< in [0, 1]; 0: Lambert
-  M8 compensated;  ///< with multiple scattering. Without, rough surfaces lose up to 17 % of the light
+  M8 compensated;  ///< with multiple scattering. Without, very rough surfaces lose 17 % of the light on average
 
+  /// Share of uniform light that is reflected.
+  V8 mean_albedo() const {
+    const F8 missing = missing_share(), once = F8(1.0f) - missing;
+    const auto of = [&](F8 rho) { return rho * once / (F8(1.0f) - select(compensated, rho * missing, F8(0.0f))); };
+    return {of(reflectance.x), of(reflectance.y), of(reflectance.z)};
+  }
   V8 eval(const V8& wo, const V8& wi) const {
     const F8 cos_i = max(wi.z, F8(0.0f)), a = scale();
     const F8 s = wo.x * wi.x + wo.y * wi.y;
@@ -53,9 +59,11 @@ struct RoughDiffuse8 {
 
  private:
   F8 scale() const { return F8(1.0f) / (F8(1.0f) + F8(rough_diffuse::kLoss) * roughness); }
+  /// Share of uniform light that a white surface reflects only after several facets.
+  F8 missing_share() const { return F8(rough_diffuse::kMeanGap) * roughness * scale(); }
   /// π times the BRDF of light that meets several facets.
   V8 again(F8 cos_o, F8 cos_i) const {
-    const F8 missing = F8(rough_diffuse::kMeanGap) * roughness * scale();  // from the mean albedo
+    const F8 missing = missing_share();
     const F8 shape = rough_diffuse::gap(cos_o) * rough_diffuse::gap(cos_i) *
                      (roughness * scale() * F8(1.0f / rough_diffuse::kMeanGap));
     const auto of = [&](F8 rho) { return rho * rho * ((F8(1.0f) - missing) * shape) / (F8(1.0f) - rho * missing); };

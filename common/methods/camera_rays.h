@@ -46,7 +46,7 @@ inline Ray8 through_lens(const CompiledScene& scene, const Ray8& rays, Pair8 u) 
 /// Camera rays of one sample of eight pixels. `pixel` numbers the tile's pixels row by row. `index` is the sample's
 /// index in its half. The pixel filter is importance-sampled.
 inline Ray8 sample_camera_rays(const CompiledScene& scene, const PixelRect& tile, U8 pixel, U8 pixel_seed,
-                         std::uint32_t index) {
+                               std::uint32_t index) {
   // Exact for pixel < 2^12 and width <= 64, because the quotient is at least 1/64 below the next integer.
   const U8 row = truncate((to_float(pixel) + F8(0.5f)) / F8(static_cast<float>(tile.width)));
   const U8 column = pixel - row * U8(static_cast<std::uint32_t>(tile.width));

@@ -1,7 +1,7 @@
 #include "common/methods/sampled_method.h"
 
-#include "common/methods/float_environment.h"
 #include "common/methods/camera_rays.h"
+#include "common/methods/float_environment.h"
 
 namespace lightmill {
 

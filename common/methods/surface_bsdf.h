@@ -43,9 +43,14 @@ void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& s
       }
       return;
     }
-    case MaterialKind::rough_diffuse:
-      visit(materials.rough_diffuse(surface, lanes), lanes);
+    case MaterialKind::rough_diffuse: {
+      const RoughDiffuse8 bsdf = materials.rough_diffuse(surface, lanes);
+      lanes = lanes & (max_component(bsdf.reflectance) > F8(0.0f));
+      if (lanes.any()) {
+        visit(bsdf, lanes);
+      }
       return;
+    }
     case MaterialKind::mirror:
       visit(Mirror8{materials.reflectance(surface, lanes)}, lanes);
       return;

@@ -105,6 +105,16 @@ bool has_sheen(const Material& material) {
                     material.kind);
 }
 
+bool loses_light_between_facets(const Material& material) {
+  const auto is_rough = [](const auto& m) {
+    if constexpr (requires { m.roughness; }) {
+      return m.roughness > 0;
+    }
+    return false;
+  };
+  return material.single_scattering && std::visit(is_rough, material.kind);
+}
+
 /// Facts of the materials in use.
 struct Materials {
   std::array<bool, 3> kept{true, true, true};  ///< channels that no surface absorbs
@@ -127,7 +137,8 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   for (const auto& [channel, sigma] : {std::pair{0, absorbed.r}, {1, absorbed.g}, {2, absorbed.b}}) {
     const auto at = static_cast<std::size_t>(channel);
     facts.largest_albedo = std::max(facts.largest_albedo, albedo[at]);
-    all.kept[at] = all.kept[at] && albedo[at] >= kLosesNothing && !textured && sigma == 0;
+    all.kept[at] =
+        all.kept[at] && albedo[at] >= kLosesNothing && !textured && sigma == 0 && !loses_light_between_facets(material);
   }
   facts.absorption = facts.absorption || !is_black(absorbed);
   facts.scattering = facts.scattering || !is_black(material.interior.scattering);

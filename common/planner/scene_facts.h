@@ -39,12 +39,12 @@ struct SceneFacts {
   std::size_t emissive_objects = 0;
   enum class Environment { none, constant, image } environment = Environment::none;
 
-  NamedItems casters;            ///< as in casters.h: all light from them forms caustics
-  NamedItems smooth_casters;     ///< casters that scatter narrowly (narrow_lobes), at least in part
+  NamedItems casters;           ///< as in casters.h: all light from them forms caustics
+  NamedItems smooth_casters;    ///< casters that scatter narrowly (narrow_lobes), at least in part
   NamedItems infinite_casters;  ///< planes among all casters
-  NamedItems smooth_layers;      ///< scatter narrowly, but are no casters, such as a smooth lacquer
+  NamedItems smooth_layers;     ///< scatter narrowly, but are no casters, such as a smooth lacquer
   NamedItems infinite_layers;   ///< planes among them
-  bool receivers = false;        ///< surfaces, media or meters that show caustics
+  bool receivers = false;       ///< surfaces, media or meters that show caustics
 
   NamedItems unsampled_emitters;  ///< emissive planes, spheres with an emission texture, and emitters whose opacity
                                   ///< varies; only rays that happen to hit them find their light

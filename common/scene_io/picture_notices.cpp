@@ -129,7 +129,7 @@ double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes
 /// that such a medium shows, a share of about 1/√n has paths longer than the limit n. That is a few per cent.
 void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes& boxes,
                      std::vector<std::string>& notices) {
-  constexpr double kDense = 100;      // optical thickness
+  constexpr double kDense = 100;     // optical thickness
   constexpr double kMaxLost = 1e-2;  // share that would scatter on at the limit, after absorption
   constexpr std::size_t kMaxNamed = 10;
   std::size_t named = 0;

@@ -85,7 +85,7 @@ Result<SceneReport> report_on(LoadedScene& loaded) {
   const MeshSource meshes{[&](const Sha256& digest) -> std::optional<std::string> {
     const auto found = loaded.assets.find(digest);
     return found != loaded.assets.end() && found->second.size() <= MeshSource::kMaxBytes ? std::optional(found->second)
-                                                                                          : std::nullopt;
+                                                                                         : std::nullopt;
   }};
   report.facts = read_facts(loaded.scene, meshes);
   append_notices(plan_notices(report.facts), loaded.notices);

@@ -43,7 +43,7 @@ struct CallerTexts {
 /// Reads and checks the files that are given. Errors name option, file and environment variable, and say what to do.
 /// Errors are those of read_tls_files, and:
 /// - a certificate without the farm's authority
-/// - a token that is invalid, or that everybody on this machine can read
+/// - a token that is invalid, or that other users of this machine can read
 /// - a token that would go unencrypted over the network to one of `servers` (HOST:PORT)
 Result<CallerTexts> read_caller(const CallerFiles& files, std::span<const std::string> servers,
                                 std::int64_t now_unix_s);

@@ -221,7 +221,8 @@ bool calls(const Send& send, const Receive& receive) {
 
 struct Problem {
   std::optional<std::string> text;
-  bool closed = false;  ///< without a reason: the coordinator refuses our certificate, or ends
+  bool refused =
+      false;  ///< the coordinator sent an alert or closed the connection: it refuses our certificate, or ends
 };
 
 Problem problem_of_attempt(const std::string& address, const TlsTexts& texts) {
@@ -307,12 +308,12 @@ Status check_answers(int socket, bool encrypted) {
 
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts) {
   Problem problem = problem_of_attempt(address, texts);
-  if (problem.closed) {
+  if (problem.refused) {
     // A coordinator that ends closes its connections in the same way, but not twice.
     std::this_thread::sleep_for(kPauseOfAttempts);
     problem = problem_of_attempt(address, texts);
   }
-  return problem.closed ? refusal(texts) : problem.text;
+  return problem.refused ? refusal(texts) : problem.text;
 }
 
 }  // namespace lightmill

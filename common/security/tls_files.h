@@ -31,12 +31,12 @@ inline constexpr const char* kCertificateOption = "--tls-cert";
 inline constexpr const char* kKeyOption = "--tls-key";
 
 /// Reads the files that are given. Errors name option and file, and say what to do:
-/// - a key without its certificate, or of another one, or that everybody on this machine can read
+/// - a key without its certificate, or of another one, or that other users of this machine can read
 /// - a certificate that is expired or not yet valid
 /// - an authority's file without an authority
 Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s);
 
-/// FAILED_PRECONDITION if everybody on this machine can read the file that holds `what`.
+/// FAILED_PRECONDITION if other users of this machine can read the file that holds `what`.
 Status check_secrecy(const std::string& file, std::string_view what);
 
 /// A check for programs that listen: INVALID_ARGUMENT unless the certificate names hosts.

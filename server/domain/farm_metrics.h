@@ -19,9 +19,9 @@ struct FarmTotals {
   std::uint64_t units_lost = 0;
   std::uint64_t results_merged = 0;
   std::uint64_t results_duplicate = 0;  ///< of samples that were merged before
-  std::uint64_t results_audited = 0;   ///< an audit gave the same bits
-  std::uint64_t results_wrong = 0;     ///< each put a worker into quarantine
-  std::uint64_t pixel_samples = 0;     ///< merged
+  std::uint64_t results_audited = 0;    ///< an audit gave the same bits
+  std::uint64_t results_wrong = 0;      ///< each put a worker into quarantine
+  std::uint64_t pixel_samples = 0;      ///< merged
   std::uint64_t jobs_failed = 0;
   Histogram first_picture{kFirstPictureBounds};  ///< seconds from a job's submission until every pixel had a sample
 };

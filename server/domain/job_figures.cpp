@@ -26,7 +26,7 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
     double most = std::ceil(spec.goal.seconds * kMaxPixelSamplesPerSecond / static_cast<double>(pixels));
     most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : most_samples(spec.goal)));
     parts =
-        std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1 + (spec.goal.adaptive ? Allocation::kMaxShift : 0);
+        std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1 + (spec.goal.adaptive ? Allocation::kMaxDoublings : 0);
   }
   parts = std::max(parts, spec.goal.error > 0 ? 2 : 1);
   // The first samples lie in at most four of the parts.

@@ -10,7 +10,7 @@ namespace {
 
 constexpr Rpc kGetJob{kRenderService, "GetJob", Right::see_job};
 
-constexpr Rpc steering_job(std::string_view method) {
+constexpr Rpc controlling_job(std::string_view method) {
   return {kRenderService, method, Right::control_job, kRecorded};
 }
 
@@ -123,12 +123,12 @@ std::vector<Operation> job_operations() {
       {kGetJob, "GET jobs/{id}", on_job(get_job)},
       // Base64, with more than one copy while it is sent.
       {kGetJob, "GET jobs/{id}/spec", on_job(get_spec), {.http_only = true, .json_factor = 2}},
-      {steering_job("CancelJob"), "POST jobs/{id}/cancel", on_job(cancel_job)},
-      {steering_job("PauseJob"), "POST jobs/{id}/pause", on_job(pause_job)},
-      {steering_job("ResumeJob"), "POST jobs/{id}/resume", on_job(resume_job)},
-      {steering_job("ExtendJob"), "POST jobs/{id}/extend", on_job(extend_job), {.with_film = true}},
-      {steering_job("SetPriority"), "POST jobs/{id}/priority", on_job(set_priority)},
-      {steering_job("DeleteJob"), "POST jobs/{id}/delete", on_job(delete_job)},
+      {controlling_job("CancelJob"), "POST jobs/{id}/cancel", on_job(cancel_job)},
+      {controlling_job("PauseJob"), "POST jobs/{id}/pause", on_job(pause_job)},
+      {controlling_job("ResumeJob"), "POST jobs/{id}/resume", on_job(resume_job)},
+      {controlling_job("ExtendJob"), "POST jobs/{id}/extend", on_job(extend_job), {.with_film = true}},
+      {controlling_job("SetPriority"), "POST jobs/{id}/priority", on_job(set_priority)},
+      {controlling_job("DeleteJob"), "POST jobs/{id}/delete", on_job(delete_job)},
   };
 }
 

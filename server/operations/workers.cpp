@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kMetric = "wanted-workers";
 
-constexpr Rpc steering_farm(std::string_view method) {
+constexpr Rpc controlling_farm(std::string_view method) {
   return {kRenderService, method, Right::control_farm, kRecorded};
 }
 
@@ -141,11 +141,12 @@ std::vector<Operation> worker_operations() {
   return {
       {kListWorkers, "", on_farm(list_workers)},
       {kListWorkers, "GET workers", on_farm(list_all_workers), {.http_only = true}},
-      {steering_farm("DrainWorker"), "POST workers/{name}/drain", named(&v1::DrainWorkerRequest::name, drain_worker)},
-      {steering_farm("QuarantineWorker"), "POST workers/{name}/quarantine",
+      {controlling_farm("DrainWorker"), "POST workers/{name}/drain",
+       named(&v1::DrainWorkerRequest::name, drain_worker)},
+      {controlling_farm("QuarantineWorker"), "POST workers/{name}/quarantine",
        named(&v1::QuarantineWorkerRequest::name, quarantine_worker)},
-      {steering_farm("ReleaseWorker"), "", named(&v1::ReleaseWorkerRequest::name, release_worker)},
-      {steering_farm("ReleaseWorker"),
+      {controlling_farm("ReleaseWorker"), "", named(&v1::ReleaseWorkerRequest::name, release_worker)},
+      {controlling_farm("ReleaseWorker"),
        "POST workers/{name}/release",
        named(&v1::ReleaseWorkerRequest::name, release_and_show_worker),
        {.http_only = true}},

@@ -111,7 +111,7 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
 
 /// In quarters of a frame sample, so that different shares get different places.
 JobPlan::Place JobPlan::place_of(TileId tile, std::uint32_t position) const {
-  return {film_.allocation().of_frame(tile, std::uint64_t{position} << Allocation::kMaxShift), position};
+  return {film_.allocation().of_frame(tile, std::uint64_t{position} << Allocation::kMaxDoublings), position};
 }
 
 void JobPlan::enqueue(TileId tile) {

@@ -9,7 +9,7 @@ namespace {
 
 /// Interval for repeating a failed deletion, for example while nothing can be stored.
 constexpr Duration kTryInterval = std::chrono::seconds(1);
-constexpr std::size_t kMaxJobNameBytes = 64;
+constexpr std::size_t kMaxPageNameBytes = 64;
 
 bool are_same(const Call& a, const Call& b) {
   return a.caller.name == b.caller.name && a.caller.proof == b.caller.proof;
@@ -21,8 +21,8 @@ PageJobs::PageJobs(OnWebThread on_web_thread, const Clock& clock, Discard discar
     : on_web_thread_(std::move(on_web_thread)), clock_(clock), discard_(std::move(discard)) {}
 
 Status PageJobs::connected(const std::string& page, const Call& call) {
-  if (page.size() > kMaxJobNameBytes) {
-    return invalid_argument("page: the name has {} bytes, the limit is {}", page.size(), kMaxJobNameBytes);
+  if (page.size() > kMaxPageNameBytes) {
+    return invalid_argument("page: the name has {} bytes, the limit is {}", page.size(), kMaxPageNameBytes);
   }
   const auto [at, is_new] = pages_.try_emplace(page);
   if (is_new) {

@@ -31,7 +31,7 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
           [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
           [&](const DrainRequest&) {
             actions.push_back(LogNotice{
-                "the coordinator drains this worker: it finishes running tiles, gives back the rest and leaves"});
+                "the coordinator drains this worker: this worker finishes running tiles, gives back the rest and leaves"});
             begin_drain(false, now, actions);
           },
           [&](const PilotGrant& grant) { grant_pilot(grant, actions); },

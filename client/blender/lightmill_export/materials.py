@@ -166,7 +166,7 @@ class MaterialMaker:
         elif len(parts) == 1:
             self.single(*parts[0])
         elif all(c.kind == "diffuse" for c, _ in parts):
-            self.diffuse(self.sum_of_colors(parts), parts[0][0].node, self.common_roughness(parts))
+            self.diffuse(self.sum_of_colors(parts), parts[0][0].node, self.common_roughness(parts), mixed=True)
         else:
             self.mixture(parts)
 
@@ -179,7 +179,7 @@ class MaterialMaker:
     def common_roughness(self, parts):
         """The roughness of diffuse closures: their only one, or the mean."""
         given = [closure.numbers.get("roughness", constant(0.0)) for closure, _ in parts]
-        if all(value.is_constant() and value.rgb[0] == given[0].rgb[0] for value in given):
+        if all(value.rgb[0] == given[0].rgb[0] and value.image == given[0].image and value.colors == given[0].colors for value in given):
             return given[0]
         self.notices.here("its diffuse shaders get the mean of their roughnesses")
         total = sum(share for _, share in parts)
@@ -191,7 +191,7 @@ class MaterialMaker:
     def single(self, closure, share):
         color = Value(closure.color.rgb * share, closure.color.image, closure.color.colors)
         if closure.kind == "diffuse":
-            self.diffuse(color, closure.node, closure.numbers.get("roughness"))
+            self.diffuse(color, closure.node, closure.numbers.get("roughness"), mixed=share < 1 - 1e-6)
         elif closure.kind == "glossy":
             self.glossy(closure, color)
         elif closure.kind == "glass" and share > 1 - 1e-6:
@@ -203,11 +203,13 @@ class MaterialMaker:
             params = self.as_principled(closure)
             self.principled(closure.node, color, params)
 
-    def diffuse(self, color, node, roughness=None):
+    def diffuse(self, color, node, roughness=None, mixed=False):
         out = {"reflectance": self.color(color, node, vertex=True)}
         if roughness is not None and is_rough(roughness):
             out.update(self.scalar(roughness, node, "roughness"))
             self.rough(not OLD_DIFFUSE)
+            if mixed and not OLD_DIFFUSE:  # light between facets is not linear in the colour
+                self.notices.here("its rough diffuse shaders are replaced by one with their mean colour")
         self.document["diffuse"] = out
 
     def glossy(self, closure, color):

@@ -119,7 +119,7 @@ Status OpenedImage::open_as(const std::string& format) {
 /// Finds the frame, and the file's part of it. Only EXR files can have another part than the whole.
 Status OpenedImage::place() {
   constexpr std::int64_t kMaxPixels = std::int64_t{1} << 40;  // sizes in bytes fit 64 bits
-  constexpr std::int64_t kFarthest = 1 << 30;                  // and differences of coordinates 32 bits
+  constexpr std::int64_t kFarthest = 1 << 30;                 // and differences of coordinates 32 bits
   const OIIO::ImageSpec& spec = input_->spec();
   frame_ = stored_ = {0, 0, spec.width, spec.height};
   std::int64_t x = 0, y = 0;

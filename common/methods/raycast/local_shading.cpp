@@ -61,9 +61,12 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
     case MaterialKind::diffuse:
       light = lit(vertex, Diffuse8{albedo}, wo, lanes, counters);
       break;
-    case MaterialKind::rough_diffuse:
-      light = lit(vertex, materials.rough_diffuse(surface, lanes), wo, lanes, counters);
+    case MaterialKind::rough_diffuse: {
+      const RoughDiffuse8 bsdf = materials.rough_diffuse(surface, lanes);
+      albedo = bsdf.mean_albedo();
+      light = lit(vertex, bsdf, wo, lanes, counters);
       break;
+    }
     case MaterialKind::phong: {
       const Phong8 bsdf = materials.phong(surface, lanes);
       light = lit(vertex, bsdf, wo, lanes, counters);

@@ -56,7 +56,7 @@ struct SceneFeatures {
 struct CausticTargets {
   std::vector<BoundingSphere> casters;         ///< around each object with a caster material
   std::vector<std::vector<CasterLobe>> lobes;  ///< of each caster
-  std::vector<InfinitePlane> planes;          ///< all planes of the scene
+  std::vector<InfinitePlane> planes;           ///< all planes of the scene
   BoundingSphere scene;                        ///< around all bounded shapes, the camera position and the meters
 };
 

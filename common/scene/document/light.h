@@ -12,7 +12,7 @@ namespace lightmill {
 
 inline constexpr double kMinCutoffDegrees = 1e-3;  ///< of a spot: half its opening
 inline constexpr double kMinSpreadDegrees = 1;     ///< of a disk
-inline constexpr double kMaxCosineExponent = 1e4;    ///< n of cosⁿ; single precision has no cosine for larger ones
+inline constexpr double kMaxCosineExponent = 1e4;  ///< n of cosⁿ; single precision has no cosine for larger ones
 
 /// Radiates equally in all directions, from a point or a sphere.
 struct PointLight {

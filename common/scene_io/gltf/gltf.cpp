@@ -30,7 +30,7 @@ constexpr std::array<std::string_view, 16> kKnownExtensions{"KHR_lights_punctual
                                                             kDdsTextures};
 
 constexpr std::uint64_t kMaxReadBytes = std::uint64_t{16} << 30;  ///< of other files, each time that one is read
-constexpr std::size_t kMaxNamed = 100;                             ///< unlisted extensions of a file that are named
+constexpr std::size_t kMaxNamed = 100;                            ///< unlisted extensions of a file that are named
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();

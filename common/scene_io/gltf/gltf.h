@@ -8,7 +8,7 @@ namespace lightmill {
 
 struct GltfOptions {
   std::optional<AnimationMoment> moment = {};
-  bool add_sky_if_unlit = true;    ///< adds a sky if nothing lights the scene
+  bool add_sky_if_unlit = true;  ///< adds a sky if nothing lights the scene
   MeshDecoder decode_mesh = {};  ///< without one, files with compressed meshes are refused
   /// The most bytes that accessors read, beyond 8 times those of the file's buffers. Accessors may share bytes, and
   /// meshes in many poses read theirs for each.

@@ -79,8 +79,7 @@ class XmlReader {
     const SourcePlace top{file.name, 1};
     bytes_ += text.size();
     if (text.size() > kMaxXmlBytes || bytes_ > kMaxTextBytes) {
-      return top.error("at most {} MiB a file and {} MiB in all can be read", kMaxXmlBytes >> 20,
-                       kMaxTextBytes >> 20);
+      return top.error("at most {} MiB a file and {} MiB in all can be read", kMaxXmlBytes >> 20, kMaxTextBytes >> 20);
     }
     for (std::size_t at = 0; at < text.size(); ++at) {
       if (text[at] == '\n') {
@@ -198,8 +197,7 @@ class XmlReader {
       LM_ASSIGN_OR_RETURN(const MitsubaAttributes given, attributes(node, place, {"!value"}));
       const std::string value = value_of(given, "value");
       if (out_.folders.size() == kMaxFolders || value.size() > UploadedFiles::kMaxPathBytes) {
-        return place.error("at most {} paths can be read, of {} bytes each", kMaxFolders,
-                           UploadedFiles::kMaxPathBytes);
+        return place.error("at most {} paths can be read, of {} bytes each", kMaxFolders, UploadedFiles::kMaxPathBytes);
       }
       out_.folders.insert(out_.folders.begin(), (value.starts_with('/') ? "" : file.folder) + value + "/");
       return ok_status();

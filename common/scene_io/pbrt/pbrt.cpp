@@ -67,7 +67,7 @@ class PbrtReader {
   }
 
   Status include(PbrtTokens& tokens, const SourcePlace& place) {
-    LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a file's name", PbrtTokens::kMaxPathBytes));
+    LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a file's name", PbrtTokens::kMaxFileNameBytes));
     if (nesting_ == kMaxNestedFiles || names_.size() == kMaxFiles) {
       return place.error("at most {} files can be included, {} deep", kMaxFiles, kMaxNestedFiles);
     }

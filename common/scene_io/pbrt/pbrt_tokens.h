@@ -33,9 +33,9 @@ class PbrtTokens {
   SourcePlace place() const { return {file_, line_}; }
   SourcePlace place_of(const PbrtToken& token) const { return {file_, token.line}; }
 
-  static constexpr std::size_t kMaxNameBytes = 200, kMaxPathBytes = 4096;
+  static constexpr std::size_t kMaxQuotedBytes = 200, kMaxFileNameBytes = 4096;
   /// The next token, which must be a quoted string of at most so many bytes.
-  Result<std::string> string(std::string_view what, std::size_t most_bytes = kMaxNameBytes);
+  Result<std::string> string(std::string_view what, std::size_t most_bytes = kMaxQuotedBytes);
   /// Takes as many numbers as there is room for. They may be in brackets.
   Status numbers(std::span<double> out);
 

@@ -56,7 +56,7 @@ TEST(RoughDiffuse, ReflectsAllLightIfItIsWhite) {
       const Albedo a = directional_albedo(rough(1, roughness), wo, grid_of(wo), ++seed);
       EXPECT_NEAR(a.by_quadrature, 1, 2e-3) << roughness << ' ' << degrees;
       EXPECT_NEAR(a.by_sampling, a.by_quadrature, 5 * a.standard_error + 1e-4) << roughness << ' ' << degrees;
-      EXPECT_LT(a.standard_error * std::sqrt(kDraws), 0.7) << "the weights are bounded";
+      EXPECT_LT(a.standard_error * std::sqrt(kDraws), 0.7) << "standard deviation of the weights";
     }
   }
 }
@@ -70,6 +70,35 @@ TEST(RoughDiffuse, LosesThePublishedShareWithoutMultipleScattering) {
       const double exact = 0.6 * fujii_albedo(roughness, wo.z);
       EXPECT_NEAR(a.by_quadrature, exact, 1e-3 * exact) << roughness << ' ' << degrees;
       EXPECT_NEAR(a.by_sampling, exact, 5 * a.standard_error + 1e-3 * exact) << roughness << ' ' << degrees;
+    }
+  }
+}
+
+TEST(RoughDiffuse, WeightsOfGrazingDirectionsAreBounded) {
+  for (const double degrees : {88.0, 89.9}) {
+    double largest = 0;
+    for_each_sample(rough(1, 1), to_lanes(tilted(degrees)), 8300, [&](const BsdfSample8& s) {
+      for (int i = 0; i < 8; ++i) {
+        largest = std::max(largest, Lanes(s.weight.x)[i]);
+      }
+    });
+    EXPECT_LT(largest, 3.2) << degrees;
+  }
+}
+
+TEST(RoughDiffuse, TheMeanAlbedoIsThatOfUniformLight) {
+  for (const bool compensated : {false, true}) {
+    for (const double albedo : {0.3, 0.8, 1.0}) {
+      for (const double roughness : kDiffuseRoughnesses) {
+        double sum = 0;
+        for (int i = 0; i < 200; ++i) {  // uniform in cos², so weighted by the cosine
+          const double cosine = std::sqrt((i + 0.5) / 200);
+          const double once = fujii_albedo(roughness, cosine),
+                       mean = fujii_scale(roughness) * (1 + (2.0 / 3 - 28 / (15 * M_PI)) * roughness);
+          sum += albedo * once + (compensated ? albedo * albedo * mean / (1 - albedo * (1 - mean)) * (1 - once) : 0);
+        }
+        EXPECT_NEAR(Lanes(rough(albedo, roughness, compensated).mean_albedo().x)[0], sum / 200, 3e-4);
+      }
     }
   }
 }

@@ -155,6 +155,9 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
   const CommandResult workers = lightmill(as("ada", {"workers"}));
   EXPECT_TRUE(says(workers.out, "--tls-ca " + pem("ca") + " --enrol-file render.enrol")) << workers.out;
+  EXPECT_TRUE(says(workers.out, fmt::format("--out render.enrol --server 127.0.0.1:{} --tls-ca {} --tls-cert {}`",
+                                            port(), pem("ca"), pem("ada"))))
+      << workers.out;
 }
 
 TEST_F(SecureCliTest, OnlyTheCoordinatorsUserReadsItsState) {

@@ -255,6 +255,28 @@ class RoughDiffuse(unittest.TestCase):
         self.assertIn("'roughness': 0.25", document)
         self.assertEqual(notices, [])
 
+    def test_an_image_is_a_map(self):
+        scene = Scene()
+        image = scene.add("ShaderNodeTexImage")
+        image.image = picture()
+        scene.tree.links.new(image.outputs[0], scene.diffuse.inputs["Roughness"])
+        document, _ = scene.export()
+        scene.close()
+        self.assertIn("'roughness_map': {'texture'", document)
+        self.assertIn("'roughness': 1.0", document)
+
+    def test_beside_a_shader_of_another_kind_it_is_left_out_with_a_notice(self):
+        scene = Scene()
+        mix = scene.add("ShaderNodeMixShader")
+        part = scene.tree.nodes.new("ShaderNodeBsdfDiffuse")
+        part.inputs["Roughness"].default_value = 0.5
+        scene.tree.links.new(part.outputs[0], mix.inputs[1])
+        scene.tree.links.new(scene.add("ShaderNodeBsdfGlossy").outputs[0], mix.inputs[2])
+        scene.use(mix, mix.outputs[0])
+        _, notices = scene.export()
+        scene.close()
+        self.assertTrue(named(notices, "its roughness is left out of the mixture"), notices)
+
     def test_a_mixture_of_two_roughnesses_has_the_mean_and_a_notice(self):
         document, notices = self.mixture(0.25, 0.75)
         self.assertIn("'roughness': 0.5", document)

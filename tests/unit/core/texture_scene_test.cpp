@@ -236,6 +236,9 @@ TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
   };
   const std::string gold = R"("conductor": {"metal": "gold", "roughness": 0.6})";
   const std::string glass = R"("dielectric": {"roughness": 0.6})";
+  const auto clay = [](double roughness) {
+    return fmt::format(R"("diffuse": {{"reflectance": {{"rgb": [0.7, 0.7, 0.7]}}, "roughness": {}}})", roughness);
+  };
   struct Case {
     std::string mapped;
     double factor;
@@ -245,6 +248,7 @@ TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
                              R"("conductor": {"metal": "gold", "roughness": 0.44235294})"},
                         Case{glass + R"(, "roughness_map": {"texture": "t"})", 188 / 255.0,
                              R"("dielectric": {"roughness": 0.44235294})"},
+                        Case{clay(0.6) + R"(, "roughness_map": {"texture": "t"})", 188 / 255.0, clay(0.44235294)},
                         Case{principled(1, 0.6) + R"(, "roughness_map": {"texture": "t", "channel": "B"})", 0,
                              principled(1, 0.44235294)},
                         Case{principled(0.8, 0.3) + R"(, "metallic_map": {"texture": "t", "channel": "R"})", 0,

@@ -138,7 +138,7 @@ TEST(Allocate, IsNearlyOptimal) {
     for (int code = 0; code < 3125; ++code) {
       std::vector<int> shifts;
       for (int rest = code; shifts.size() < kTiles; rest /= 5) {
-        shifts.push_back(rest % 5 + Allocation::kMinShift);
+        shifts.push_back(rest % 5 + Allocation::kMinDoublings);
       }
       if (spends_all(tiles, shifts)) {
         best = std::max(best, even / inefficiency(tiles, shifts, shared));

@@ -63,6 +63,10 @@ TEST(Facts, ASceneThatLosesNoLightIsFlagged) {
   amber.interior.absorption = {1, 0, 0};
   EXPECT_FALSE(read_facts(scene_of({snow, amber}, {kSky})).lossless);
   EXPECT_EQ(read_facts(scene_of({snow, kWhite}, {kSky})).largest_albedo, 1);
+  Material chalk = material("chalk", DiffuseMaterial{{1, 1, 1}, 0.8});
+  EXPECT_TRUE(read_facts(scene_of({chalk}, {kSky})).lossless);
+  chalk.single_scattering = true;
+  EXPECT_FALSE(read_facts(scene_of({chalk}, {kSky})).lossless);
 }
 
 TEST(Facts, GlossOnBurleysDiffusePartAddsToItsAlbedo) {

@@ -239,6 +239,19 @@ TEST(MaterialJson, NormalMapsAndBumpMapsAreRead) {
             "materials[0].normal_map.scale: must be in [-1000000, 1000000], got 10000000");
 }
 
+TEST(MaterialJson, DiffuseMaterialsHaveARoughness) {
+  const auto diffuse = [](const std::string& rest) {
+    return R"("diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]})" + rest + "}";
+  };
+  EXPECT_EQ(std::get<DiffuseMaterial>(read(diffuse("")).kind).roughness, 0);
+  EXPECT_EQ(std::get<DiffuseMaterial>(read(diffuse(R"(, "roughness": 0.25)")).kind).roughness, 0.25);
+  EXPECT_TRUE(read(diffuse("") + R"(, "single_scattering": true)").single_scattering);
+  for (const char* value : {"-0.1", "1.1"}) {
+    EXPECT_NE(material_error(diffuse(fmt::format(R"(, "roughness": {})", value))).find("diffuse.roughness: must be in"),
+              std::string::npos);
+  }
+}
+
 TEST(MaterialJson, RoughMaterialsCanScatterOnce) {
   for (const char* kind : {R"("conductor": {"metal": "gold"})", R"("dielectric": {})", R"("principled": {})",
                            R"("diffuse": {"reflectance": {"rgb": [1, 1, 1]}, "roughness": 1})"}) {

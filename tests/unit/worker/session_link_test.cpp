@@ -190,7 +190,7 @@ TEST_F(SessionTest, ARequestedDrainIsLogged) {
   say(DrainRequest{});
   ASSERT_EQ(asked<LogNotice>().size(), 1u);
   EXPECT_EQ(asked<LogNotice>()[0].text,
-            "the coordinator drains this worker: it finishes running tiles, gives back the rest and leaves");
+            "the coordinator drains this worker: this worker finishes running tiles, gives back the rest and leaves");
 }
 
 TEST_F(SessionTest, ADrainDropsUnacknowledgedResults) {
