@@ -67,8 +67,8 @@ class Coordinators {
 
  private:
   std::shared_ptr<const Stubs> connected_to(std::size_t index);
-  /// After silence, the next call gets a new connection. A channel works only within calls: a handshake that it began would stand still
-  /// between them, and the coordinator would close it.
+  /// After silence, the next call gets a new connection. A channel works only within calls. So a handshake that it began
+  /// would stand still between them, and the coordinator would close it.
   void forget_if_silent(std::size_t index, const std::shared_ptr<const Stubs>& stubs, const grpc::Status& answer);
   /// The status of an answer of coordinator `index`, or of its silence.
   Status status_of(const grpc::Status& answer, std::size_t index) const;

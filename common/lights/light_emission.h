@@ -21,8 +21,8 @@ class LightEmission {
 
   /// On surfaces, uniform by area.
   EmissionPoint8 point_on(U8 light, M8 lanes, Pair8 u) const;
-  /// Lanes whose lights are spherical and shine only outward, with their centres and radii: one-sided sphere lights, and
-  /// point lights and spots with a radius.
+  /// Lanes whose lights are spherical and shine only outward, with their centres and radii. These are one-sided sphere
+  /// lights, and point lights and spots with a radius.
   using LightSpheres8 = PhotonAim::LightSpheres8;
   LightSpheres8 spheres(U8 light, M8 lanes) const;
   /// The point of these spheres with this unit normal. Its area is that of the whole sphere.

@@ -1,6 +1,6 @@
 // Rough diffuse BSDF: Oren-Nayar in Fujii's form, with the light that meets several facets (EON).
 //
-// Portsmouth, Kutz and Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF". With the roughness r in [0, 1],
+// Portsmouth, Kutz and Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF". With roughness r in [0, 1],
 //   f = (ρ/π) A (1 + r s/t) + multiple scattering,   A = 1 / (1 + (1/2 − 2/3π) r),
 // where s = ωo·ωi − cos θo cos θi, and t = max(cos θo, cos θi) for positive s, else 1. The directional albedo of the
 // first part is A (1 + r g(cos θ)) for ρ = 1. What is missing from 1 is scattered again, and ρ is applied each time.

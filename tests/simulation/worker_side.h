@@ -47,8 +47,9 @@ double parts_of(const FilmOutline& film, std::uint64_t goal, const NodeKey& key)
 inline constexpr const char* kBroken = "the scene does not compile";
 inline constexpr const char* kSpite = "out of spite";
 
-/// Misbehaviour of a worker. `idle`: it sends heartbeats, takes work and delivers nothing. `in_requests`: its sums are right,
-/// but it refuses work or sends results that were not granted. `loses`: it dies with its leases. `by_plan`: Deceit.
+/// Misbehaviour of a worker. `idle`: it sends heartbeats, takes work and delivers nothing. `in_requests`: its sums are
+/// right, but it refuses work or sends results that were not granted. `loses`: it dies with its leases. `by_plan`:
+/// Deceit.
 enum class Lies { never, always, sometimes, garbage, idle, in_requests, loses, by_plan };
 
 struct SimulatedWorker {

@@ -177,7 +177,7 @@ class MaterialMaker:
         return total
 
     def common_roughness(self, parts):
-        """The roughness of diffuse closures: their only one, or the mean."""
+        """The roughness that all diffuse closures have, or its mean, with a notice."""
         given = [closure.numbers.get("roughness", constant(0.0)) for closure, _ in parts]
         if all(value.rgb[0] == given[0].rgb[0] and value.image == given[0].image and value.colors == given[0].colors for value in given):
             return given[0]

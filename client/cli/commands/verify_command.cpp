@@ -157,7 +157,8 @@ Result<ExitCode> verify(Context& context, const Console& console, const VerifyOp
                         {"tiles", all},           {"verified", tiles.size()},
                         {"wrong", wrong},         {"seed", seed}};
   if (!lines.empty()) {
-    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the remaining samples again.
+    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the remaining
+    // samples again.
     const char* const why = task.picture.receipt.ended.empty()
                                 ? ". The picture was fetched before its job had ended, which may be the reason: "
                                   "fetch it again"

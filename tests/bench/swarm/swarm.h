@@ -1,6 +1,6 @@
 // Thousands of workers in one process. Each is a real session on its own real connection, and only its render threads
-// are simulated. A tile takes the time that the stated speed gives. Its node is a copy of one that was created and hashed
-// before. So this process only copies nodes and runs gRPC.
+// are simulated. A tile takes the time that the stated speed gives. Its node is a copy of one that was created and
+// hashed before. So this process only copies nodes and runs gRPC.
 #pragma once
 
 #include <cstdint>
