@@ -82,6 +82,7 @@ WORDS = [
     ("docs/guide/*", "Front", "c"),
     ("docs/guide/*", "-o box.png", "--size 32x32 -o box.png"),
     ("docs/guide/*", "-o model.png", "--size 32x32 -o model.png"),
+    ("docs/guide/render.md", "--spp 1024", "--spp 1000000"),  # the small picture would end before the next command
     ("docs/guide/scenes.md", "--camera view.json", "--size 32x32 --camera view.json"),
     ("docs/*", "NAME", "$(lightmill workers --json | first name)"),
     ("docs/operate/monitoring.md", "…", ""),
