@@ -71,6 +71,22 @@ Status set_field(const FieldDescriptor& field, std::string_view text, std::strin
   return ok_status();
 }
 
+/// The range of a parameter of the query, e.g. "1..1000", or empty. INVALID_ARGUMENT if the path does not have it.
+Result<std::string_view> range_of(const HttpRoute& route, std::string_view name) {
+  std::vector<std::string_view> known;
+  for (std::string_view fields = route.operation->rpc.method == "SubmitJob" ? kPageParameter : route.query;
+       !fields.empty();) {
+    std::string_view range = take_until(fields, "&");
+    known.push_back(take_until(range, "="));
+    if (known.back() == name) {
+      return range;
+    }
+  }
+  return invalid_argument(
+      "the query has an unknown parameter '{}'. {}", printable(name),
+      known.empty() ? "This path has none" : fmt::format("This path has {}", fmt::join(known, ", ")));
+}
+
 }  // namespace
 
 std::optional<HttpRoute> find_route(std::string_view path, bool post) {
@@ -90,10 +106,11 @@ Status fill_request(const HttpRoute& route, std::string_view query, WireMessage&
   if (!route.field.empty()) {
     LM_RETURN_IF_ERROR(set_field(field_of(*route.operation, route.field), route.value, "", request));
   }
-  for (std::string_view fields = route.query; !fields.empty();) {
-    std::string_view range = take_until(fields, "&");
-    const std::string_view name = take_until(range, "=");
-    if (const std::string_view value = query_value(query, name); !value.empty()) {
+  while (!query.empty()) {
+    std::string_view value = take_until(query, "&");
+    const std::string_view name = take_until(value, "=");
+    LM_ASSIGN_OR_RETURN(const std::string_view range, range_of(route, name));
+    if (!value.empty() && name != kPageParameter) {
       LM_RETURN_IF_ERROR(set_field(field_of(*route.operation, name), value, range, request));
     }
   }

@@ -20,7 +20,10 @@ struct HttpRoute {
 /// `path` is the part after /api/v1/. If no route fits, returns one with the other method.
 std::optional<HttpRoute> find_route(std::string_view path, bool post);
 
-/// Copies the parameters of path and query to the request. INVALID_ARGUMENT.
+/// The page that a job belongs to, a parameter of the query of POST jobs. It is no field of the request.
+inline constexpr std::string_view kPageParameter = "page";
+
+/// Copies the parameters of path and query to the request. INVALID_ARGUMENT, also for unknown parameters.
 Status fill_request(const HttpRoute& route, std::string_view query, WireMessage& request);
 
 }  // namespace lightmill

@@ -95,7 +95,7 @@ void JsonApi::run(const HttpRoute& route, ApiRequest request, Reply reply) {
                                    : gate_.admit(request.caller, request.peer, operation.rpc, pending_call->about());
   if (!call.ok()) {
     status = call.status();
-  } else if (const std::string page(query_value(request.query, "page"));
+  } else if (const std::string page(query_value(request.query, kPageParameter));
              status.ok() && !page.empty() && operation.rpc.method == "SubmitJob") {
     status = page_jobs_.check(page, *call);
     call->on_submitted = page_jobs_.submission_callback(page, *call);

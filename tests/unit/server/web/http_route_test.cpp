@@ -44,7 +44,7 @@ TEST(HttpRoute, APathWithTheWrongMethodFindsItsRoute) {
 
 TEST(HttpRoute, ParametersOfPathAndQueryBecomeFieldsOfTheRequest) {
   v1::EventsRequest events;
-  ASSERT_TRUE(fill("events", "kind=jobs&worker=w%201&job=18446744073709551615&page_size=1000&other=x", events).ok());
+  ASSERT_TRUE(fill("events", "kind=jobs&worker=w%201&job=18446744073709551615&page_size=1000", events).ok());
   EXPECT_EQ(events.kind(), "jobs");
   EXPECT_EQ(events.worker(), "w 1");
   EXPECT_EQ(events.job(), 18446744073709551615u);
@@ -65,6 +65,17 @@ TEST(HttpRoute, NumbersOutOfTheirRangeAreNamed) {
     EXPECT_EQ(message_of(status), std::string("page_size must be a number from 1 to 1000, got '") + size + "'");
   }
   EXPECT_EQ(fill("workers/%zz/history", "", events).code(), StatusCode::kInvalidArgument);
+}
+
+TEST(HttpRoute, UnknownParametersAreNamed) {
+  v1::EventsRequest events;
+  EXPECT_EQ(message_of(fill("events", "job=1&pagesize=3", events)),
+            "the query has an unknown parameter 'pagesize'. This path has page_size, page_token, job, worker, kind");
+  v1::GetJobRequest job;
+  EXPECT_EQ(message_of(fill("jobs/12", "spp=3", job)), "the query has an unknown parameter 'spp'. This path has none");
+  v1::SubmitJobRequest submission;
+  EXPECT_TRUE(fill_request(*find_route("jobs", true), "page=a", submission).ok());
+  EXPECT_EQ(fill_request(*find_route("jobs", true), "side=a", submission).code(), StatusCode::kInvalidArgument);
 }
 
 TEST(HttpRoute, EachRouteIsDescribedWithItsParameters) {
