@@ -20,8 +20,8 @@ inline constexpr std::size_t kMaxLightsTogether = 4;
 class LightChoice {
  public:
   static constexpr std::size_t kMaxEntries = 16;
-  /// λ. With one light per entry, if the lights that reach a point have the share s of all bounds, the relative variance
-  /// of the choice is at most min(n / λ, 1 / ((1 − λ) s)) − 1.
+  /// λ. With one light per entry, if the lights that reach a point have the share s of all bounds, the relative
+  /// variance of the choice is at most min(n / λ, 1 / ((1 − λ) s)) − 1.
   static constexpr float kUniformShare = 0.125f;
 
   LightChoice() = default;

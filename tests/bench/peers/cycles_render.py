@@ -2,10 +2,8 @@
 
   blender --background --factory-startup --python cycles_render.py -- SCENE.json FOLDER THREADS SAMPLES,SAMPLES,... SEED,SEED,...
 
-Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call, without
-writing the file. It supports what the boxes use: OBJ meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, and
-emission on the front only.
-"""
+Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call alone. Supports OBJ
+meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, and emission on the front only."""
 import json
 import math
 import os
