@@ -64,7 +64,7 @@ def make_material(material):
 
 
 def read_mtl(path, materials):
-    """Materials of an MTL file by the course's codes. Materials of the document take precedence."""
+    """Materials of an MTL file, as `--mtl course` reads them. Materials of the document take precedence."""
     name = None
     with open(path, encoding="utf-8") as lines:
         for words in map(str.split, lines):
