@@ -1,5 +1,5 @@
-// Two tables of a university rendering course on one thread, as Markdown. The first has the time with and without a BVH.
-// The second has time and error for subdivisions of the pixel, compared with plain random sampling.
+// Two tables of a university rendering course on one thread, as Markdown. The first has the time with and without a
+// BVH. The second has time and error for subdivisions of the pixel, compared with plain random sampling.
 //
 // Plain random sampling is the same kernel with a separate seed for every sample. Sample i of a picture is sample i of
 // sequence i, so the samples are independent. The error is relMSE against many samples of another seed.
@@ -137,7 +137,8 @@ std::string spread(const std::vector<double>& values) {
 /// One sample per pixel, with and without the BVH.
 void tree_table(const std::vector<std::string>& names, const MethodSettings& settings, int runs) {
   std::printf(
-      "| scene | triangles | film | BVH, s | brute force, s | gain | pixels that differ by 0.01 | largest difference |\n");
+      "| scene | triangles | film | BVH, s | brute force, s | gain | pixels that differ by 0.01 | "
+      "largest difference |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const std::string& name : names) {
     const LoadedScene loaded = load(name);
