@@ -1,5 +1,4 @@
-// The folder of an experiment: results, references, pictures and the report.
-//
+// Folder of an experiment: results, references, pictures and the report.
 //   results.jsonl    measurements, one JSON object a line, from which a later run resumes
 //   references/      KEY.exr, rendered references
 //   pictures/        those of the first seed

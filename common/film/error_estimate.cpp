@@ -22,10 +22,10 @@ constexpr double kDoubt = 0.1;
 // samples hit. There the mean is better.
 constexpr float kEdge = 4;  ///< times as bright, in both halves
 
-// The squared difference between gathers with full and half radius, times this factor, is the square of their bias. In
-// a smooth patch the bias grows with the squared radius, and the factor is (4/3)². But bias is largest at the edges of
-// caustics. At u radii from a straight edge a disc has the bias b(u) = ±(acos u − u √(1 − u²))/π, and ∫b(u)² du is 4.33
-// ∫(b(u) − b(2u))² du.
+// The product of the two halves of the layer `bias` estimates, without bias, the squared difference between gathers
+// with full and half radius. This factor converts it to the square of their bias. In a smooth patch the bias grows with
+// the squared radius, and the factor is (4/3)². But bias is largest at the edges of caustics. At u radii from a
+// straight edge a disc has the bias b(u) = ±(acos u − u √(1 − u²))/π, and ∫b(u)² du is 4.33 ∫(b(u) − b(2u))² du.
 constexpr double kBiasFactor = 4.33;
 
 struct Block {

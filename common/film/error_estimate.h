@@ -1,15 +1,8 @@
 // Error of a film, estimated from its two halves.
 //
-// The frame's error is relMSE = mean((x − r)²/(r² + 0.01)) over pixels and channels of the picture x with limit r. a
-// and b are the means of the halves. (a−b)²/4 estimates (x − r)² if both halves have the same number of samples. In
-// general, (a−b)²·nA·nB/(nA+nB)² does.
-//
-// The layer `bias` is the difference of gathers with one radius and with half of it. The product of its two halves
-// estimates the square of this difference without bias. A factor converts it to the square of the gathers' own bias,
-// which is a part of (x − r)².
-//
-// r² is estimated from the pixel and its neighbours, because rare bright samples and edges of bright things would
-// mislead (see error_estimate.cpp). tests/bench/coverage_bench measures how well this holds.
+// The frame's error is relMSE = mean((x − r)²/(r² + 0.01)) over pixels and channels of the picture x with limit r. For
+// halves with nA and nB samples and means a and b, (a − b)²·nA·nB/(nA + nB)² estimates (x − r)². The layer `bias` adds
+// the squared bias of gathers. tests/bench/coverage_bench measures how well the estimate holds.
 #pragma once
 
 #include <cstdint>

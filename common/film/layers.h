@@ -1,5 +1,4 @@
-// Layers of a film: those that a job can have besides beauty, and the layout of their values in a node.
-//
+// Layers that a film can have, and the layout of their values in a node.
 // Summed layers merge like beauty. The others come only from samples 0 to 15 of a pixel:
 //   normal    mean of the visible shading normals
 //   features  moments per half (methods/film_channels.h)

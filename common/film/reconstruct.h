@@ -1,12 +1,9 @@
-// Reconstruction of a film's picture: less noise from the same samples, at the price of some bias.
+// Reconstruction of a film's picture: less noise from the same samples, at the price of bias that is not estimated.
 //
-// First-order feature regression in the manner of NFOR (Bitterli et al. 2016, "Nonlinearly Weighted First-order
-// Regression for Denoising Monte Carlo Renderings"). Around every second pixel of every second row, a linear model of
-// the features (albedo, normal, 1/depth) is fitted to each half of the picture by weighted least squares. The weights
-// of one half are the similarity of pixels in the other half, so that noise does not choose them. A pixel is the
-// weighted mean of what the models around it predict.
-//
-// The error of the result is not estimated.
+// Feature regression in the manner of NFOR (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for
+// Denoising Monte Carlo Renderings"). Around every second pixel of every second row, linear models of albedo, normal
+// and 1/depth are fitted to each half. The weights of one half are the similarity of pixels in the other half. A pixel
+// is the weighted mean of what the models around it predict.
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,9 @@
 // Emissive objects as single points with hard shadows, for deterministic methods.
 //
-// The point is the centre of the object's bounding box, and has the object's power. A texture counts as its mean. The
-// mean normal is the direction of Σ A n over facets of area A and normal n. An object of area A and radiance L cosⁿθ
-// has the intensity A L cosⁿ⁺¹θ about the mean normal. For a Lambertian emitter, that is Φ/π along the normal. For flat
-// objects this is exact from afar.
-//
-// A two-sided object emits about both normals, whatever the orientation of its parts. If the normals cancel, the object
-// emits equally in all directions, and so do spheres. Closed objects emit only on their outer side.
+// The point is the centre of the object's bounding box, and has the object's power. A texture counts as its mean. Area
+// A and radiance L cosⁿθ give the intensity A L cosⁿ⁺¹θ about the mean normal, which is exact for flat objects from
+// afar. If the normals cancel, as those of spheres do, the object emits equally in all directions. Two-sided objects
+// emit about both normals, closed ones only on their outer side.
 #pragma once
 
 #include <map>

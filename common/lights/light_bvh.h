@@ -9,13 +9,11 @@
 
 namespace lightmill {
 
-/// A binary tree of lights. Each node has a bound of its irradiance at a point. It is the largest intensity over the
-/// squared distance, times a cosine: that of the smallest angle between a normal and the direction to the point. A
-/// child is chosen at random in proportion to its bound.
-///
-/// Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", as in pbrt-v4. The
-/// receiver's normal is not used, because a ray that hits a light knows only its origin. Lights that cannot illuminate
-/// a point are not chosen. All others have a positive probability. Immutable once built.
+/// A binary tree of lights. Each node has a bound of its irradiance at a point: the largest intensity over the squared
+/// distance, times the cosine of the smallest angle between a normal and the direction to the point. A child is chosen
+/// in proportion to its bound. Lights that cannot illuminate a point are never chosen, all others may be. The
+/// receiver's normal is not used, because a ray that hits a light knows only its origin. Immutable once built.
+/// Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", as in pbrt-v4.
 class LightBvh {
  public:
   /// Smallest intensity over the unit, so that bounds at a distance are normal numbers.

@@ -14,18 +14,14 @@ inline constexpr std::size_t kMaxLightsTogether = 4;
 /// Chooses a light by a bound of each light's irradiance at a point. Bounded lights have the first numbers, infinitely
 /// distant ones the next. Immutable once built.
 ///
-/// The entries of the choice are subtrees of a light BVH and groups of distant lights. Up to kMaxEntries lights of
-/// either kind are entries of their own. An entry is chosen with the probability
-///
-///   p = (1 − λ) bound / Σ bounds + λ / n,   λ = kUniformShare
-///
-/// among the n entries whose bound is not zero. Bounds ignore occlusion, so most of the light may come from an entry
-/// with a small bound. The second term limits the variance that this causes.
-/// Example with one light per entry: if the lights that reach a point have the share s of all bounds, the relative
-/// variance of the choice is at most min(n / λ, 1 / ((1 − λ) s)) − 1.
+/// Entries are subtrees of a light BVH and groups of distant lights. Up to kMaxEntries lights of either kind are
+/// entries of their own. Each of the n entries with a bound above 0 has the probability
+/// p = (1 − λ) bound / Σ bounds + λ / n. Bounds ignore occlusion. The second term limits the variance of this.
 class LightChoice {
  public:
   static constexpr std::size_t kMaxEntries = 16;
+  /// λ. With one light per entry, if the lights that reach a point have the share s of all bounds, the relative
+  /// variance of the choice is at most min(n / λ, 1 / ((1 − λ) s)) − 1.
   static constexpr float kUniformShare = 0.125f;
 
   LightChoice() = default;

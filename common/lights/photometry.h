@@ -1,10 +1,9 @@
 // Radiometric and photometric units, and conversions between the strengths of each kind of light.
 //
 // Power is in W (flux), W/sr (intensity), W/m² (irradiance, exitance) or W/(m² sr) (radiance). The photometric units
-// are lm, cd, lx and cd/m². The renderer has no spectra. It assumes that the power of an RGB value (linear, Rec. 709
-// primaries) is the luminance-weighted mean of its channels. Each W is worth 683 lm, as if all of it were at 555 nm,
-// the peak of photopic vision. So 1 W of white light is 683 lm here. A real luminaire of 1 W emits fewer lm, because
-// part of its spectrum is dim or invisible. Photometric units need lengths in metres.
+// are lm, cd, lx and cd/m², for lengths in metres. There are no spectra. The power of an RGB value (linear, Rec. 709
+// primaries) is taken as the luminance-weighted mean of its channels. 1 W is 683 lm, as if all light were at 555 nm,
+// the peak of photopic vision.
 #pragma once
 
 #include <string_view>

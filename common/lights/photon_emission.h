@@ -13,19 +13,15 @@ namespace lightmill {
 /// Samples rays along which light leaves the lights. Immutable once built, thread-safe. The bits depend only on the
 /// constructor's arguments and on the random numbers.
 ///
-/// A light is chosen by an estimate of its flux to the targets, and then a target in the same way.
-///   - Surfaces: a point uniform by area, and a direction in the cone that the target subtends. On spheres that emit
-///     only outward, only points that see some of the target are drawn.
-///   - Distant lights: a direction, and a position on the target's projection along it.
-/// Densities are those of the mixture over all targets, so overlapping targets count once.
-///
-/// An infinite target lies in all directions. For distant light it is only the projection of the scene's sphere. So
-/// distant light is missed where it hits an infinite plane outside this projection.
+/// A light is chosen by an estimate of its flux to the targets, then a target in the same way. Surfaces emit from
+/// points uniform by area, distant lights across the target's projection. Densities are those of the mixture over all
+/// targets.
 class PhotonEmission {
  public:
   /// `lights` must outlive this object. `scene`: a sphere around all bounded shapes and the camera. `planes`: all
-  /// infinite planes. Distant light starts behind them. `unsampled`: whether an environment that the table does not
-  /// sample also emits photons.
+  /// infinite planes. Distant light starts behind them. An infinite target is only the scene's sphere for distant
+  /// light, which is missed where it hits a plane outside the sphere's projection. `unsampled`: whether an environment
+  /// that the table does not sample also emits photons.
   PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
                  std::span<const InfinitePlane> planes, const BoundingSphere& scene, bool unsampled = true);
 

@@ -1,15 +1,9 @@
-// Tabulated albedos of GGX surfaces, and factors that compensate for multiple scattering. A step of the build makes the
-// tables (ggx_tabulate.cpp).
+// Albedos of GGX surfaces, and factors that compensate for multiple scattering. Tabulated by a step of the build
+// (ggx_tabulate.cpp).
 //
-// ggx.h models single scattering. It loses light that meets several facets, up to 69 %.
-// `balance` tabulates factors g ≥ 0 with
-//   g(wo) ∫ f(wo, wi) g(wi) |cos θi| dωi = 1
-// for a white f. So g(wo) f g(wi) reflects and transmits all light. It is reciprocal where f is, and the density of its
-// samples stays that of f. This is the scaling of a symmetric kernel (Sinkhorn and Knopp 1967). For metal of alpha 1, g
-// is H/√2 with Chandrasekhar's H function. For glass with an index between 1/1.2 and 1.2 the compensation is partial.
-// It fades to none at index 1.
-//
-// Anisotropic facets have tables of their own, with the azimuth and the strength of the anisotropy (ggx_facets.h).
+// ggx.h models single scattering. It loses light that meets several facets, up to 69 %. `balance` has factors g ≥ 0
+// with g(wo) ∫ f(wo, wi) g(wi) |cos θi| dωi = 1 for a white f, by scaling a symmetric kernel (Sinkhorn and Knopp 1967).
+// So g(wo) f g(wi) keeps all light. It is reciprocal where f is, and its samples have the density of f.
 #pragma once
 
 #include "common/math/vec.h"
@@ -28,14 +22,15 @@ Albedo8 albedo(F8 cos_theta, F8 alpha);
 /// Mean of `albedo` over the hemisphere, weighted by cos θ.
 Albedo8 mean_albedo(F8 alpha);
 
-/// g of facets that reflect all light. Metal multiplies single scattering by 1 + κ (g(wo) g(wi) − 1), with κ from
-/// `kept_by_bounces`.
+/// g of facets that reflect all light. For alpha 1 it is H/√2 with Chandrasekhar's H function. Metal multiplies single
+/// scattering by 1 + κ (g(wo) g(wi) − 1), with κ from `kept_by_bounces`.
 F8 balance(F8 cos_theta, F8 alpha);
-/// g of clear glass. `eta`: index of refraction behind the surface over that on the direction's side.
+/// g of clear glass. `eta`: index of refraction behind the surface over that on the direction's side. Between 1/1.2 and
+/// 1.2 the compensation is partial. It fades to none at 1.
 F8 balance(F8 cos_theta, F8 alpha, F8 eta);
 
-// The same for anisotropic facets. x is the direction of the anisotropy, and `alpha` is that along y. `anisotropy` is
-// the strength, above 0.
+// The same for anisotropic facets, from tables of their own (ggx_facets.h). x is the direction of the anisotropy, and
+// `alpha` is that along y. `anisotropy` is the strength, above 0.
 Albedo8 albedo(const V8& w, F8 alpha, F8 anisotropy);
 Albedo8 mean_albedo(F8 alpha, F8 anisotropy);
 F8 balance(const V8& w, F8 alpha, F8 anisotropy);

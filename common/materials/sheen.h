@@ -1,11 +1,9 @@
-// Sheen BSDF: light that the fibres of cloth reflect, mostly at grazing angles, as in KHR_materials_sheen.
-//
-// Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF". `distribution` is their density of the fibres'
-// normals ("Charlie"), with alpha = roughness². `lambda` is their fit of Smith's function.
+// Sheen BSDF: light that the fibres of cloth reflect, mostly at grazing angles, as in KHR_materials_sheen. Estevez and
+// Kulla 2017, "Production Friendly Microfacet Sheen BRDF", with alpha = roughness².
 //
 // Below a roughness of 0.27 this reflects up to twice the light that arrives at a grazing angle. So it is multiplied by
-// k(wo) k(wi), where k is 1 over its albedo, at most 1. `limit` tabulates k, and `albedo` the albedo after that. The
-// layers below get the rest of the light. A step of the build makes the tables (sheen_tabulate.cpp).
+// k(wo) k(wi), where k is 1 over its albedo, at most 1. The layers below get the rest of the light. A step of the build
+// tabulates k and the albedo after it (sheen_tabulate.cpp).
 #pragma once
 
 #include "common/math/exp_log.h"

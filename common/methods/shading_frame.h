@@ -1,18 +1,13 @@
 // Local frames of surfaces, in which methods evaluate BSDFs, and the rules for normals of normal maps and bump maps.
 //
-// A mapped normal N differs from the geometric normal G by up to 87 degrees. Directions on the right side of G may be
-// behind N, and BSDFs may scatter to directions behind G. Both would be black. Two rules keep the light:
+// A mapped normal N differs from the geometric normal G by up to 87 degrees. Two rules keep light that would be lost:
 //   - If `wo` is behind N, the BSDF gets its mirror image about the plane of N. So radiance is continuous there.
 //   - Light that the BSDF takes from `wi` behind G comes from the mirror image of wi about the plane of G. So no
 //     sampled direction is lost, and eval is a sum over both images of a direction.
-// The albedo is that of the BSDF, so it is at most 1. N depends on no direction, so light paths and camera paths use
-// the same frame and the same densities, and vcm's weights sum to 1.
-//
-// Two published rules are not used. With microfacet-based normal mapping (Schüssler, Heitz, Hanika and Dachsbacher
-// 2017), maps of diffuse surfaces do not show in the sun. Cycles' ensure_valid_specular_reflection tilts N by wo, so
-// light paths would have other frames than camera paths.
-//
-// The BSDF is not reciprocal. Light paths scatter by its adjoint (Veach 1997, 5.3), see photon_tracer.h.
+// The albedo is that of the BSDF, so it is at most 1. N depends on no direction (Cycles tilts it by wo), so light paths
+// and camera paths have the same frames and densities, and vcm's weights sum to 1. The BSDF is not reciprocal. Light
+// paths scatter by its adjoint (Veach 1997, 5.3), see photon_tracer.h. Microfacet-based normal mapping (Schüssler,
+// Heitz, Hanika and Dachsbacher 2017) is not used, because maps of diffuse surfaces do not show in the sun with it.
 #pragma once
 
 #include "common/scene/compiled/compiled_scene.h"

@@ -1,10 +1,9 @@
 // Owen-scrambled Sobol' points in eight lanes, and hashed numbers. Samples have no other randomness.
 //
-// A point is a function of seed, pixel, half, decision and index. The two halves of a film have independent scrambles.
-// Each decision of a path takes a pair: the first two Sobol' dimensions, which are a (0,2)-sequence in base 2. Its
-// index is shuffled and its digits are scrambled per decision (padding). Scrambling is nested and uniform, by hashing:
-// Laine and Karras 2011 with the constants of Vegdahl 2021. Shuffling is that of Burley 2020, "Practical Hash-based
-// Owen Scrambling", JCGT 9(4).
+// A point is a function of seed, pixel, half, decision and index. Each decision of a path takes a pair: the first two
+// Sobol' dimensions, a (0,2)-sequence in base 2. Each half and decision shuffles the index (Burley 2020, "Practical
+// Hash-based Owen Scrambling", JCGT 9(4)) and scrambles the digits by hashing (Laine and Karras 2011, with the
+// constants of Vegdahl 2021).
 #pragma once
 
 #include <cstdint>

@@ -23,11 +23,6 @@ struct CasterLobe {
 };
 /// The lobes of a caster. Their shares have the sum 1. The estimates are for a sphere, and for the radiance-weighted
 /// mean of its radiance. A roughness map is ignored: the material is taken as smooth.
-/// - Metal: light that hits at θ spreads over cos θ times the solid angle (Walter et al. 2007, equation 14). For rays
-///   that continue beside and below the sphere, cos θ < 0.7, the mean of 1/cos θ is 2.86. A coat reflects 13 % of these
-///   (Schlick).
-/// - Glass deflects light by |n − 1| times the tilt of its normal, and metal by twice the tilt. Slanted exits spread
-///   the light of glass about twice as wide (measured on spheres).
 std::vector<CasterLobe> caster_lobes(const Material& material);
 
 }  // namespace lightmill

@@ -1,10 +1,9 @@
-// Scene files: the JSON form of lightmill.v1.Scene. Every error has its place.
+// Scene files: the JSON form of lightmill.v1.Scene.
 //
-// Errors read "scenes/box.json:12:7: objects[3].material: unknown material …". They have file, line, column (of the
-// wrong value, in bytes, from 1), path of the field, what is wrong and what is expected.
-//
-// In addition to proto's JSON form, Vec2, Vec3 and Color.Rgb may be lists of their numbers. Duplicate and unknown
-// fields, null, NaN and infinities are errors.
+// Unlike in proto's JSON form, Vec2, Vec3 and Color.Rgb may also be lists of their numbers. Duplicate and unknown
+// fields, null, NaN and infinities are errors. Errors read "scenes/box.json:12:7: objects[3].material: unknown material
+// …". They have line and column of the wrong value (in bytes, from 1), path of the field, what is wrong and what is
+// expected.
 #pragma once
 
 #include <functional>

@@ -34,8 +34,8 @@ Identity anonymous_identity();
 Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s);
 
 /// The farm's name for a worker that calls itself `said`: "NAME/said", where NAME is that of its certificate or token.
-/// So no worker can impersonate another one. It is just `said` if that equals NAME, or without authentication.
-/// INVALID_ARGUMENT if check_name() refuses it, or it has a slash: a NAME may have one, so `said` follows the last one.
+/// So no worker can impersonate another one. The name is `said` alone if that equals NAME, or without authentication.
+/// INVALID_ARGUMENT if check_name() refuses the name, or if an authenticated worker's `said` has a slash.
 Result<std::string> worker_name(const Identity& identity, std::string_view said);
 
 /// "'ada' (roles: view, submit; by certificate)".

@@ -1,4 +1,4 @@
-// Sessions of the page: the identity and end of each secret in a browser's cookie.
+// Sessions of the page: for each secret in a browser's cookie, the identity behind it, and when it expires.
 #pragma once
 
 #include <cstdint>

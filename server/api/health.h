@@ -1,4 +1,4 @@
-// Health checks (grpc.health.v1): on the coordinator's own port, and on a port of their own.
+// Health checks (grpc.health.v1): on the coordinator's port, and on a separate port.
 #pragma once
 
 #include <functional>

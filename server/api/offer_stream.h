@@ -1,5 +1,5 @@
-// Stream that sends only the newest state. A message is offered when the previous one was sent. For watchers and
-// autoscalers.
+// Stream to a watcher or an autoscaler that sends only the newest state. A message is offered when the previous one was
+// sent.
 #pragma once
 
 #include <grpcpp/support/server_callback.h>

@@ -31,13 +31,12 @@ FirstValues first_of(const TileSnapshot& tile);
 /// samples.
 std::vector<float> mean_rgb(const TileSnapshot& tile);
 
-/// Pixels of one layer of a tile for the page: half floats, little-endian, interleaved R, G, B, E, rows from the top.
-/// - R, G, B: mean of all samples. For layers that are not summed, the mean of the first 16, or the nearest of them. A
-///   layer with one channel has it three times.
-/// - E: standard error of the luminance from this pixel's two halves, |a − b| √(n_a n_b) / (n_a + n_b) with their means
-///   a and b. Its square has one degree of freedom, so average it over a neighbourhood. −1 while a half is empty, and
-///   for layers that are not summed.
-/// Values are clamped to ±65504. Empty for layers of single samples, which are not colours.
+/// Pixels of one layer of a tile for the page: half floats, little-endian, interleaved R, G, B, E, rows from the top,
+/// clamped to ±65504. Empty for layers of single samples.
+/// - R, G, B: mean of all samples, or of the first 16 for layers that are not summed (for `depth`, the nearest). One
+///   channel stands for all three.
+/// - E: standard error of the luminance from the pixel's halves with means a and b, |a − b| √(n_a n_b) / (n_a + n_b).
+///   Its square has one degree of freedom, so average it over a neighbourhood. −1 with an empty half, or not summed.
 std::string view_pixels(const TileSnapshot& tile, const LayerSlice& layer = {});
 
 }  // namespace lightmill

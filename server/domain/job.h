@@ -40,10 +40,10 @@ class Job {
 
   // ---- state ----
   JobState state() const { return record_.state; }
-  /// A pilot has not chosen its method yet. Nothing of it can be rendered.
+  /// No pilot has chosen the job's method yet, so nothing of the job can be rendered.
   bool undecided() const { return !record_.method_notes.candidates.empty(); }
   bool active() const { return in_progress() || state() == JobState::paused; }
-  /// Its work is leased: it is neither paused nor ended.
+  /// The job's work is leased: the job is neither paused nor ended.
   bool in_progress() const { return state() == JobState::queued || state() == JobState::running; }
   /// Gives the job its class: the one of its first worker. `last`: the farm's last lease before this.
   void start(const std::string& fingerprint_class, LeaseId last);
@@ -54,7 +54,7 @@ class Job {
   void set_priority(std::int32_t priority) { record_.spec.priority = priority; }
   /// If the job has ended, the caller must then reopen it.
   void extend(const Goal& goal);
-  /// It has no leases. `reached`: the limit that ended it, if any.
+  /// The job has no leases. `reached`: the limit that ended it, if any.
   void end(JobState state, GoalLimit reached, std::string reason, const Event& event);
   /// A done job is in progress again. Its film is in memory.
   void reopen(Time now);
@@ -144,7 +144,7 @@ class Job {
   bool time_is_up(Time now) const {
     return !undecided() && record_.spec.goal.seconds > 0 && active_seconds(now) >= record_.spec.goal.seconds;
   }
-  /// When the time will be up, rounded up, if no other event comes.
+  /// When the time limit will be reached, rounded up, if no other event comes.
   std::optional<Time> time_up_at() const;
 
   // ---- workers ----

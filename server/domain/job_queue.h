@@ -50,7 +50,7 @@ class JobQueue {
   double owed_seconds(const Job& job) const;
   /// Thread seconds that the job got since it entered, with those of its leases.
   double given_seconds(const Job& job) const;
-  /// Whether its first picture is not complete, and goes before the work of other jobs.
+  /// Whether the job's first picture is incomplete. Then its work goes before that of other jobs.
   bool is_fresh(const Job& job) const;
 
   const CoordinatorLimits& limits_;

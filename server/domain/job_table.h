@@ -30,8 +30,8 @@ class JobTable {
   /// RESOURCE_EXHAUSTED if there are too many jobs or bytes of their scenes, of all or of this owner.
   Status check_room(const JobSpec& spec) const;
   /// Checks the film of `spec` against the farm's limit. INVALID_ARGUMENT if this film alone may exceed it.
-  /// RESOURCE_EXHAUSTED if it may together with those of all active jobs and the largest of an ended job. The latter
-  /// must fit so that each film can be read. RESOURCE_EXHAUSTED, too, if the owner's films may exceed their limit.
+  /// RESOURCE_EXHAUSTED if it may do so together with the films of all active jobs and the largest film of an ended
+  /// job, which must have room when it is read. RESOURCE_EXHAUSTED, too, if the owner's films may exceed their limit.
   /// `instead_of`: the job whose spec it replaces, if any.
   Status check_footprint(const JobSpec& spec, const Job* instead_of) const;
 

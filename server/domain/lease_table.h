@@ -66,13 +66,13 @@ class LeaseTable {
   void end(LeaseId id, End how, const Event& event);
 
   void renew(LeaseId id, Time now);
-  /// Whether its worker should be working on it. A worker works on its oldest lease, and on a pilot at the same time.
+  /// Whether the worker should be working on the lease. It works on its oldest lease, and on a pilot at the same time.
   bool is_worked_on(const Lease& lease) const { return lease.is_pilot() || is_oldest(lease); }
-  /// Whether its worker may still prepare it: it is a pilot, or the worker has sent no result of the job.
+  /// Whether the worker may still prepare the lease: it is a pilot, or the worker has sent no result of the job.
   bool is_preparation(const Lease& lease) const;
   /// The first result of the job from the worker came for this lease.
   void prepared(LeaseId id, double rendering_seconds, Time now);
-  /// Whether its worker has sent no result of it for too long. A worker works on its oldest lease first.
+  /// Whether the worker has sent no result of the lease for too long. It works on its oldest lease first.
   bool is_idle(const Lease& lease, Time now) const;
   /// The worker's stream broke. Its leases expire after `disconnect_grace`, or earlier.
   void abandon(const Worker& worker, Time now);

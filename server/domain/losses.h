@@ -1,7 +1,7 @@
 // Losses: workers that were lost in a row with the same tile of a job, or with its pilot. The work may be the cause.
 //
-// Suspect work goes only to workers without other leases. If workers of several identities are lost with that too, the
-// job fails. If they are all of one identity, that identity leaves the job to others: it may do so on purpose.
+// Suspect work goes only to workers without other leases. If it is lost there too, with workers of several identities,
+// the job fails. If they all have one identity, it gets no more of the job, because it may lose workers on purpose.
 #pragma once
 
 #include <map>

@@ -126,7 +126,7 @@ class PendingAudits {
   /// Places where claims of several identities differ and that are not leased. One identity that contradicts itself
   /// makes no dispute: its job waits for no third identity.
   const std::set<Key>& disputed() const { return disputed_; }
-  /// Whether a place waits that one of these renderers may audit.
+  /// Whether one of these renderers may audit a place that waits.
   bool possible_for(std::span<const Renderer> all) const;
 
  private:

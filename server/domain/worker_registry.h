@@ -87,7 +87,7 @@ class Worker {
   /// The lease ended with `lease.remaining` tiles not done.
   void ended(const Lease& lease);
   void lost(const Lease& lease, Time now);
-  /// When it may have a pilot. Each lost pilot delays it. Else it would lose the same one forever.
+  /// The time from which the worker may get a pilot. Each lost pilot delays it, so that none is lost again and again.
   Time pilots_from() const { return pilots_from_; }
   bool has_pilot() const { return pilots_out_ > 0; }
   void pilot_received() { pilots_lost_ = 0; }
@@ -103,7 +103,7 @@ class Worker {
   /// The longest wait of its results for their acknowledgement, if it reported one in this session after `since`.
   std::optional<Duration> wait_since(Time since) const { return wait_at_ >= since ? wait_ : std::nullopt; }
   void waits(Duration wait, Time now);
-  /// Of this process. WorkerRegistry counts those of an identity.
+  /// Invalid results of this process. WorkerRegistry counts those of an identity.
   std::uint32_t bad_results() const { return bad_results_; }
   std::uint32_t count_bad_result() { return ++bad_results_; }
   void count_good_result() { ++results_; }
@@ -202,9 +202,9 @@ class WorkerRegistry {
   void forget_absent(Time now);
 
   // ---- identities that can audit each other: of one renderer version and fingerprint class, with counts() ----
-  /// All of the worker's class.
+  /// Number of such identities of the worker's class.
   std::size_t identities_like(const Worker& worker) const;
-  /// Whether a class of this renderer version has two.
+  /// Whether a class of this renderer version has two such identities.
   bool any_can_audit(const std::string& renderer_version) const;
 
  private:

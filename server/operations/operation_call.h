@@ -16,7 +16,7 @@ class OperationCall final : public std::enable_shared_from_this<OperationCall> {
   const Operation& operation() const { return operation_; }
   WireMessage& request() { return *request_; }
   WireMessage& reply() { return *reply_; }
-  /// What the request names, for Gate::admit.
+  /// The subject that the request names, for Gate::admit.
   CallSubject about() const { return operation_.handler.about(*request_); }
 
   /// Called once, from any thread.

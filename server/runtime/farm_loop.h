@@ -73,7 +73,7 @@ class FarmLoop {
   struct Handlers {
     std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the commit thread
     std::function<void(SessionId)> disconnect = [](SessionId) {};
-    /// Whether the state can be stored: once at first, then at each change. From the farm thread.
+    /// Called from the farm thread at the start and at each change: whether the state can be stored.
     std::function<void(bool)> on_storing = [](bool) {};
   };
   /// `on_fatal`: the store is unusable. From another thread.

@@ -1,4 +1,4 @@
-// Gate: makes an identity of a call's credentials, and checks whether its roles and limits allow the call.
+// Gate: finds the identity behind a call's credentials, and checks whether its roles and limits allow the call.
 #pragma once
 
 #include <functional>

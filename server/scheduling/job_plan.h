@@ -1,14 +1,8 @@
-// Plan of one job: which samples are free, leased or done. It cuts units, and takes lost ranges back.
-//
-// The plan has no list of pending work. A tile's free samples are those below the goal that are neither in its forest
-// nor leased. The lowest of them is its frontier. Tiles wait in buckets by frontier, and the lowest bucket goes first.
-// So:
-// - ranges of a tile are leased in ascending order, and all tiles advance together;
-// - a lost range lowers the frontier and is leased next;
-// - a restarted coordinator gets the same plan from the film.
-// Buckets may have stale entries. They are dropped when found.
-//
-// Pure, and not thread-safe. Taking a unit costs O(tiles in it), independent of the size of the film.
+// Plan of one job: which samples are free, leased or done. It cuts units, and takes lost ranges back. A tile's free
+// samples are those below the goal that are neither in its forest nor leased. Tiles wait in buckets by the lowest of
+// them (the frontier), and the lowest bucket goes first. So ranges of a tile are leased in ascending order, all tiles
+// advance together, and lost ranges are leased next. A restarted coordinator gets the same plan from the film. Pure,
+// and not thread-safe. Taking a unit costs O(tiles in it), independent of the size of the film.
 #pragma once
 
 #include <cstdint>

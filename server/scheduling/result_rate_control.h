@@ -11,13 +11,11 @@ namespace lightmill {
 /// The median of at least one wait. Changes their order.
 Duration median_of(std::vector<Duration>& waits);
 
-/// Limit on the results of all workers together, in bytes per second. It is `most`, or less while results wait too long
-/// for their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain
-/// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short, the rate grows by a factor. When
-/// they are long, it is cut below the rate of arrivals.
-///
-/// Each identity counts once, and the median decides. So a few machines cannot move the rate, whatever names they use.
-/// Leased units keep their length. So after each change nothing is measured until they are done, for at most 30 s.
+/// Limit on the results of all workers together, in bytes per second: `most`, or less while results wait too long for
+/// their acknowledgement, whatever the cause. Control as in TCP (Chiu and Jain 1989), with the delay as signal (as in
+/// LEDBAT, RFC 6817). The rate grows by a factor while waits are short, and is cut below the rate of arrivals when they
+/// are long. Each identity counts once, and the median decides, so a few machines cannot move the rate. After a change
+/// nothing is measured until the units leased before it are done, for at most 30 s.
 class ResultRateControl {
  public:
   /// Begins with `most`.

@@ -10,7 +10,6 @@ namespace lightmill {
 
 /// Removes and logs rows that no coordinator can have written, although their checksums match. The caller commits
 /// `repairs`. DATA_LOSS if no consistent state remains.
-///
 /// - `damaged_jobs`: jobs without pixels, with impossible times, or done although no limit was reached.
 /// - `damaged`: nodes of tiles that the film does not have; nodes that share samples; nodes with a sample that has no
 ///   recorded result, or several.

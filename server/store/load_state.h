@@ -13,7 +13,7 @@ namespace lightmill::stored {
 using ReadFilm = std::function<Result<FilmPiece>(JobId job, const FilmPosition& after)>;
 
 /// Reads all jobs with their nodes and results, and all small rows. It does not read the epoch, the secret, the next
-/// job id, or the values of ended jobs' nodes. Damaged rows are logged; such jobs are left out, and such nodes are
+/// job id, or the values of ended jobs' nodes. Damaged rows are logged. Damaged jobs are left out, damaged nodes are
 /// removed. Adds all rows to `sums`. The caller checks them, then applies `repairs`. `specs` learns which
 /// specifications are stored. Changes nothing. Nothing else may write meanwhile.
 Result<StoredState> load_state(RowSource& rows, const ReadFilm& read_film, StoredSpecs& specs, RowSums& sums,

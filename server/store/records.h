@@ -80,9 +80,7 @@ class StoredSpecs {
 /// `jobs`.
 std::vector<RowChange> changes_of(const StoreOp& op, StoredSpecs& specs);
 
-/// Fills a StoredState from rows that arrive table by table.
-///
-/// A damaged row is named in the log and in the state:
+/// Fills a StoredState from rows that arrive table by table. A damaged row is named in the log and in the state:
 /// - Job or specification: the job is removed (`damaged_jobs`).
 /// - Progress: it starts again from zero.
 /// - Token: it admits no user.

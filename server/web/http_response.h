@@ -9,7 +9,8 @@
 
 namespace lightmill {
 
-/// Sends one response at a time, and holds it until then. Each has the headers that protect the page. Not thread-safe.
+/// Sends one response at a time, and holds it until it is sent. Each has the headers that protect the page. Not
+/// thread-safe.
 class HttpResponder {
  public:
   /// Called when the response is sent, unless the connection has ended.

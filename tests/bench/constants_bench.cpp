@@ -1,10 +1,9 @@
 // Effect of the constants of `path`: efficiency of other splits, roulettes and numbers of Sobol' pairs, relative to the
 // current ones, on scenes of many kinds.
 //
-// Efficiency is 1 / (relMSE × CPU seconds), after 16, 64 and 256 samples of one run. All variants are unbiased, and no
-// two runs share a seed. So the mean of all runs is a fair reference. relMSE leaves out the worst 0.1 % of pixels,
-// because a few rare paths decide them. The variants run in turn. Each is compared with the current one of its turn, so
-// a busy machine slows both.
+// Efficiency is 1 / (relMSE × CPU seconds), after 16, 64 and 256 samples of one run. The reference is the mean of all
+// runs, which are unbiased and share no seed. relMSE leaves out the worst 0.1 % of pixels, because a few rare paths
+// decide them. The variants run in turn, so a busy machine slows all of them.
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cmath>

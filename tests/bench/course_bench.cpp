@@ -1,5 +1,5 @@
-// The course's two tables on one thread, as Markdown. The first has the time with and without the hierarchy. The second
-// has time and error for subdivisions of the pixel, compared with plain random sampling.
+// Two tables of a university rendering course on one thread, as Markdown. The first has the time with and without a
+// BVH. The second has time and error for subdivisions of the pixel, compared with plain random sampling.
 //
 // Plain random sampling is the same kernel with a separate seed for every sample. Sample i of a picture is sample i of
 // sequence i, so the samples are independent. The error is relMSE against many samples of another seed.
@@ -134,10 +134,11 @@ std::string spread(const std::vector<double>& values) {
   return fmt::format("{:.3g} ({:.3g}–{:.3g})", median(values), *low, *high);
 }
 
-/// One sample per pixel, with and without the hierarchy.
+/// One sample per pixel, with and without the BVH.
 void tree_table(const std::vector<std::string>& names, const MethodSettings& settings, int runs) {
   std::printf(
-      "| scene | triangles | film | with the hierarchy, s | without, s | gain | pixels off by 0.01 | largest error |\n");
+      "| scene | triangles | film | BVH, s | brute force, s | gain | pixels that differ by 0.01 | "
+      "largest difference |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const std::string& name : names) {
     const LoadedScene loaded = load(name);
@@ -206,7 +207,7 @@ void subdivision_table(const std::string& name, MethodSettings settings, int siz
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Prints the course's tables: the hierarchy's gain, and subdivisions against time and error.");
+  CLI::App app("Prints two tables: the gain of a BVH, and subdivisions against time and error.");
   std::string part = "all", tree_method = "raycast", method = "path";
   std::vector<std::string> tree_scenes = {"cornell-course-blocks", "teapot", "bunny"};
   std::vector<std::string> scenes = {"cornell-course-blocks", "course-default"};
@@ -225,7 +226,7 @@ int main(int argc, char** argv) {
   app.add_option("--reference-level", reference_level, "log2 of the reference's samples for the second table")
       ->capture_default_str()
       ->check(CLI::Range(1, 20));
-  app.add_option("--runs", runs, "measurements; at most three without the hierarchy")
+  app.add_option("--runs", runs, "measurements; at most three by brute force")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Prints the course's tables as Markdown: times with and without the hierarchy, and subdivisions of the pixel against time and
+# Prints the tables of docs/evidence/course.md: times with and without a BVH, and subdivisions of the pixel against time and
 # error, compared with plain random sampling. Takes about ten minutes on a quiet core. Needs the models (scenes/get-models) and a
 # build (ninja -C build/release course_bench).
 #

@@ -1,10 +1,9 @@
-// Checks that jobs with an error goal reach their error. Renders five scenes many times with different seeds, each to a
-// stated error by the rule of common/film/error_goal.h. Compares the stated error with the distance to a reference.
-// With --adaptive each run has its own pilot, which decides the samples of each tile.
+// Check that jobs with an error goal reach their error: five scenes, each rendered many times with different seeds to a
+// stated error, by the rule of common/film/error_goal.h. With --adaptive each run has a pilot for the samples of each
+// tile.
 //
-// The true error is mean((x − r)² / (r² + 0.01)) of the picture x, minus the contribution of the reference's noise. The
-// halves of the reference r estimate that noise. The stated interval is the estimate ± its half width. At least 93 % of
-// all runs must be inside their interval, and 90 % in each scene.
+// The true error is mean((x − r)² / (r² + 0.01)) of the picture x, minus the noise of the reference r, which its halves
+// estimate. It must be within the stated error ± its half width in 93 % of all runs, and in 90 % in each scene.
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <bit>

@@ -1,11 +1,9 @@
 // Foundations of the planner's pilot: the CPU time of the work that renderers count, and whether the pilot chooses the
 // cheapest method.
 //
-// The first part measures scenes × methods × photons on one thread: CPU seconds of 32 samples per pixel against the
-// counted work. The weights of common/planner/counted_cost.cpp fit these best: non-negative least squares of relative
-// errors, with a factor per scene for the cost of a ray. The second part uses scenes in which `auto` has a choice. It
-// compares relMSE × CPU time of a picture of many samples, by method, with the pilot's estimate. It also prints the
-// cost of `auto` over the best method.
+// The first part fits the weights of common/planner/counted_cost.cpp to the CPU seconds of 32 samples per pixel on one
+// thread, by scene, method and photons. The second part uses scenes in which `auto` has a choice. It compares relMSE ×
+// CPU time by method with the pilot's estimate, and prints the cost of `auto` over the best method.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -123,8 +121,8 @@ double cost(const Row& counts, const Row& weights) {
   return sum;
 }
 
-/// Seconds of each kind of work, by coordinate descent, which converges for non-negative least squares. The factors of
-/// scenes have geometric mean 1.
+/// Seconds of each kind of work: non-negative least squares of relative errors, by coordinate descent, which converges.
+/// The factors of scenes are for the cost of a ray, and have geometric mean 1.
 Row fit(std::span<const Measured> all, std::vector<double>& factors) {
   Row weights;
   weights.fill(1e-7);

@@ -3,11 +3,10 @@
 
   tests/bench/regret.py [SCENE.json ...] -o FOLDER [--seconds 60] [--short 15] [--size 256x256] [--seeds 4]
 
-Renders each scene (default: all of scenes/) by each method that the planner admits, except ppm. Where a pilot of auto has a
-choice, these methods and auto render the samples that take --seconds of CPU, with several seeds. All others get --short
-seconds with two seeds. A method's error is half of the relMSE between pictures of different seeds. auto pays for its pilot.
-A job's cost is error x CPU seconds. Regret is auto's cost over that of the best method. The difference of two methods'
-pictures beyond both errors is their bias. Writes FOLDER/results.csv and prints a table.
+Renders each scene (default: all of scenes/) by each method that the planner admits, except ppm. Methods between which the
+pilot of auto has a choice get --seconds of CPU for each seed, the others --short seconds and two seeds. A method's error is half
+of the relMSE between pictures of different seeds. A job's cost is error x CPU seconds, with those of auto's pilot. Writes
+FOLDER/results.csv and prints a table. The difference of two methods' pictures beyond both errors is their bias.
 """
 import argparse
 import csv

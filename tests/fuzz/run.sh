@@ -1,10 +1,6 @@
 #!/bin/sh
-# Fuzzes the readers of files and bytes: builds the libFuzzer programs, and runs each for a time or a number of inputs,
-# one per core at a time, or fewer where memory is short. Findings go to build/fuzz/findings. Interesting inputs stay in
-# build/fuzz/inputs, and the next run continues from them. With --runs the seeded fuzz tests (messages, requests, pictures,
-# rows of a store) run too.
-#
-#   tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
+# Fuzzes the readers of files and bytes, one program per core at a time, or fewer where memory is short. See usage below.
+# Interesting inputs stay in build/fuzz/inputs, and the next run continues from them.
 set -eu
 cd "$(dirname "$0")/../.."
 . deploy/environment.sh

@@ -1,10 +1,9 @@
 // Checks of lost leases, and of jobs that fail because of them.
 //
-// A lease is lost only after its grant was sent, and only if its worker or stream had a fault since.
-//
-// A job fails for losses only after workers were lost in a row with one of its tiles or its pilot. CoordinatorLimits has
-// their number, and the reason names them. The checks count them again, from grants, losses and results. Their count may be
-// higher, because the coordinator does not count losses of a worker that sends garbage.
+// A lease is lost only after its grant was sent, and only if its worker or stream had a fault since. A job fails for
+// losses only after as many workers in a row as CoordinatorLimits states were lost with one of its tiles or its pilot.
+// The count here, from grants, losses and results, may be higher: the coordinator does not count losses of a worker
+// that sends garbage.
 #pragma once
 
 #include <map>

@@ -8,14 +8,11 @@
 
 namespace lightmill::simulation {
 
-/// Probability that audits of `share` find the deceit, if each of its results has `parts` parts.
-///
-/// Each part of a result is drawn with the probability `share`, independently. If any part is drawn, another identity
-/// renders the result again. So a result is audited with probability 1 - (1 - share)^parts. If an audited result is
-/// wrong, the two differ, a third identity decides, and the liar is found. So a result that is wrong with probability w
-/// reveals the liar with probability q = w (1 - (1 - share)^parts). All m results miss it with (1 - q)^m.
-/// - Of one part each: 1 - q = 1 - w share.
-/// - If all are wrong: (1 - share)^(m parts). Only the number of all parts counts, not the sizes of the results.
+/// Probability that audits of `share` find the deceit, if each of its results has `parts` parts. Each part is drawn
+/// with the probability `share`, independently. If any part is drawn, another identity renders the result again. If the
+/// two differ, a third one decides, and the liar is found. So a result that is wrong with probability w reveals the
+/// liar with probability q = w (1 - (1 - share)^parts), and all m results miss it with (1 - q)^m. For w = 1 that is (1
+/// - share)^(m parts): only the number of all parts counts.
 double odds_of_detection(double share, const Deceit& deceit, double parts);
 
 struct OddsTable {

@@ -26,7 +26,7 @@ enum class ReaderMessage : std::uint32_t {
 /// One end of a stream socket. Both programs are from the same build, so numbers are sent as they are in memory.
 class ReaderSocket {
  public:
-  /// Called again and again while a message is sent or awaited. An error ends that.
+  /// Called repeatedly while a message is sent or awaited. An error ends the transfer.
   using MayContinue = std::function<Status()>;
 
   /// Messages with more than `most_bytes` are refused.

@@ -1,9 +1,8 @@
 // The scene reader: a process that reads one uploaded scene for a worker.
 //
-// The parsers of scene files are our own code, so the process is not confined like the image decoder. It bounds what
-// they can take from the worker: it has limits of memory and CPU time, and the worker ends it after a minute. The kernel
-// kills it before the worker if the machine has no memory left. It gets the scene's files from the worker, and no
-// secrets.
+// It has limits of memory and CPU time, and the worker ends it after a minute. The kernel kills it before the worker if
+// the machine has no memory left. It gets the scene's files from the worker, and no secrets. It is not confined like
+// the image decoder, because the parsers of scene files are part of Lightmill.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {hexOf} from '../src/model/bytes';
-import {assetsOf, photonMapSpec, filledSpec, formOf, isPageJob, kMaxQuickSide, newSpec, quickSpec, sceneOf, type JobRules} from '../src/model/job_form';
+import {assetsOf, photonMapSpec, filledSpec, formOf, isPageJob, kMaxLivePictureSide, newSpec, livePictureSpec, sceneOf, type JobRules} from '../src/model/job_form';
 import {JobSpecSchema, LayerSpec_Kind, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
 import {SceneSchema} from '../src/wire/lightmill/v1/scene_pb';
 import {MethodFactsSchema} from '../src/wire/lightmill/v1/web_pb';
@@ -86,15 +86,15 @@ test('a crop scales with the picture, and a picture of another shape has none', 
   expect(sized(500, 500)).toEqual([0, 0, 500, 500]);
 });
 
-test('a quick look is small, has a higher priority, and renders the same crop', () => {
-  const quick = quickSpec(spec, scene, formOf(spec), rules, 12n, 'preview');
+test('a live picture is small, has a higher priority, and renders the same crop', () => {
+  const quick = livePictureSpec(spec, scene, formOf(spec), rules, 12n, 'preview');
   const {settings} = quick;
-  expect(Math.max(settings!.width, settings!.height)).toBe(kMaxQuickSide);
+  expect(Math.max(settings!.width, settings!.height)).toBe(kMaxLivePictureSide);
   expect(settings).toMatchObject({width: 480, height: 270, method: 'preview', meters: 0, maxBounces: 0, crop: {x: 120, y: 67, width: 240, height: 136}});
   expect(names(quick)).toEqual(['beauty']);
   expect(quick).toMatchObject({parent: 12n, priority: 4, auditShare: 0, goal: {samples: 16n, seconds: 0, error: 0}});
   expect(assetsOf(fromBinary(SceneSchema, settings!.scene)).map(hexOf)).toEqual([kMesh, kImage]);
-  const least = quickSpec(spec, scene, {...formOf(spec), width: 65536, height: 1, priority: 2 ** 31 - 1}, rules, 12n, 'path');
+  const least = livePictureSpec(spec, scene, {...formOf(spec), width: 65536, height: 1, priority: 2 ** 31 - 1}, rules, 12n, 'path');
   expect([least.settings!.width, least.settings!.height, least.priority]).toEqual([480, 1, 2 ** 31 - 1]);
 });
 

@@ -1,10 +1,9 @@
 // Wavefront path tracer: traces the camera paths of one sample of a tile, eight at a time, bounce by bounce.
 //
-// A batch of camera rays is traced together. All hits of a bounce are shaded before the next bounce. The remaining
-// paths are packed in order, so that Embree and shading see full lanes. The estimator weights what a path finds
-// (estimator.h). The tracer is compiled once per estimator.
-//
-// Contributions are added in a fixed order: by bounce, and in a bounce emission, photons, connections, shadow rays.
+// All hits of a bounce are shaded before the next bounce. The remaining paths are packed in order, so that Embree and
+// shading see full lanes. The estimator weights what a path finds (estimator.h). The tracer is compiled once per
+// estimator. Contributions are added by bounce, and in a bounce in the order emission, photons, connections, shadow
+// rays.
 #pragma once
 
 #include "common/materials/holdout.h"

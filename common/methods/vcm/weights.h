@@ -1,17 +1,8 @@
-// Weights of vertex connection and merging.
+// Weights of vertex connection and merging, by the balance heuristic: a technique's density over the sum of all five.
 //
-// Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and Merging".
-// The recursive form is that of Georgiev 2012, "Implementing Vertex Connection and Merging" (technical report). All
-// weights are by the balance heuristic: a technique's density over the sum of all. A path is found
-//   - by a camera path that hits the light (`found_light`),
-//   - by a camera path whose last vertex is connected to a sampled point of a light (`sampled_light`),
-//   - by connecting a vertex of a camera path to a vertex of a light path (`connected`),
-//   - by a light path whose last vertex is connected to the camera (`splatted`),
-//   - by merging: a camera path and a light path end at nearly the same point (`merged`).
-// Densities of directions are per solid angle, those of points per area. No density includes Russian roulette.
-//
-// The report's section 5 has a third partial sum, dVM. With one merging factor per vertex, η = π r² · light paths, it
-// is dVC/η. So a subpath keeps two partial sums, and η may differ between vertices.
+// Georgiev 2012, "Implementing Vertex Connection and Merging" (technical report), has this recursive form. Densities of
+// directions are per solid angle, those of points per area. No density includes Russian roulette. With one merging
+// factor per vertex, η = π r² · light paths, the report's third partial sum dVM is dVC/η. So a subpath keeps two.
 #pragma once
 
 #include "common/math/simd.h"

@@ -1,5 +1,5 @@
-// Migrations of a database from earlier formats. Each keeps the old tables. Nothing else may use it. Each needs a
-// session that prepares no statements, and whose time limit allows a copy of all pixels.
+// Migrations of a database from earlier formats. Each keeps the old tables. Nothing else may use the database
+// meanwhile. Each needs a session that prepares no statements, and whose time limit allows a copy of all pixels.
 #pragma once
 
 #include "server/store/postgres/session.h"

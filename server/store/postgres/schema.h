@@ -6,16 +6,7 @@ namespace lightmill::postgres {
 /// In the table `meta`.
 inline constexpr int kFormat = 9;
 
-// `turn` has one row with the epoch and the number of commits. A commit updates the number, which locks the row (not
-// its key) until the commit ends. So commits of one epoch follow each other, and a repeated commit is noticed. A new
-// epoch changes the key, so it begins between two commits. Other writers share the key. `lease` names the active
-// coordinator, and when its lease expires.
-//
-// `summary` has one row with a checksum (summary.h). Each commit replaces it.
-//
-// Small rows have one form (server/store/records.h). A job's specification can be several MB large, and is written once
-// or twice. Its progress is small, and changes with every commit. Unsigned 64-bit numbers keep their bits. Pixels and
-// assets do not compress, so they are stored uncompressed.
+// One row with a checksum (summary.h). Each commit replaces it.
 inline constexpr const char* kSummaryTable = R"sql(
 CREATE TABLE summary (
   epoch BIGINT NOT NULL,
@@ -25,6 +16,12 @@ CREATE TABLE summary (
   checksum BIGINT NOT NULL
 ) WITH (fillfactor = 50);
 )sql";
+
+// `turn` has one row. A commit updates its number of commits, which locks the row (not its key) until the commit ends.
+// So commits of one epoch follow each other, and a repeated commit is noticed. A new epoch changes the key, so it
+// begins between two commits. Other writers share the key.
+// Small rows have one form (server/store/records.h). A job's specification, up to several MB, is written once or twice,
+// its progress with every commit. Unsigned 64-bit numbers keep their bits. Pixels and assets do not compress.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
 INSERT INTO meta VALUES (9);

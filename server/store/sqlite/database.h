@@ -1,4 +1,4 @@
-// Thin owners of an SQLite connection and its prepared statements. Errors are Status, and name the file.
+// Wrappers of an SQLite connection and its prepared statements. Errors are Status, and name the file.
 #pragma once
 
 #include <sqlite3.h>

@@ -20,12 +20,9 @@ struct SqliteOptions {
 
 /// Opens or creates the store's file, and next to it the record of the last commit (commit_chain.h). The caller holds
 /// the lock of the data directory (server/store/data_directory.h). A refused store is not changed.
-/// - FAILED_PRECONDITION: another format, or the file of another program.
+/// - FAILED_PRECONDITION: another format, or another program's file. From load(): small rows are lost or outdated.
 /// - DATA_LOSS: not a database, damaged, or acknowledged commits are lost.
-///
-/// Nodes have checksums. load() logs damaged nodes and leaves them out, so their samples are rendered again.
-/// FAILED_PRECONDITION from load(): small rows are lost, or of an earlier commit. Tiles with lost or old rows of nodes
-/// or results are rendered again.
+/// load() logs damaged nodes and leaves them out. Tiles with lost or old rows of nodes or results are rendered again.
 Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& file, const SqliteOptions& options = {});
 
 }  // namespace lightmill

@@ -4,11 +4,9 @@
   tests/bench/peers/compare.py SCENE.json -o FOLDER --reference REFERENCE.exr [--method M] [--samples 16,64,256] ...
 
 Renders the scene with both at several sample counts and seeds, compares all pictures with the reference
-(`lightmill error`), and writes FOLDER/results.csv, FOLDER/summary.txt and FOLDER/lab/report.html. For Cycles it counts the CPU
-time of the render call in a running Blender with the loaded scene. For Lightmill it counts coordinator, worker and
-submitting client, from submission until the job is done, on a running farm. Seconds to an error are interpolated on each
-seed's curve on logarithmic scales. Before the first point the slope is that of noise (error × time is constant). A seed
-that does not reach the error took more than its last point. Medians and ratios are then bounds, and say so. Needs Blender.
+(`lightmill error`), and writes FOLDER/results.csv, FOLDER/summary.txt and FOLDER/lab/report.html. Needs Blender. The time of
+Cycles is that of the render call in a running Blender with the loaded scene. That of Lightmill is from submission until the job
+is done, of coordinator, worker and submitting client of a running farm.
 """
 import argparse
 import csv
@@ -78,7 +76,7 @@ def judge(run, reference):
 
 def seconds_to(error, curve, column, unit):
     """Seconds at which a seed's curve (its runs by samples) reaches the error, and whether it does. If not, the time is a lower
-    bound."""
+    bound. Interpolates on logarithmic scales. Before the first point, error × time is constant, as for noise."""
     points = [(run[unit], run[column]) for run in curve]
     if points[0][1] <= error:
         return points[0][0] * points[0][1] / error, True

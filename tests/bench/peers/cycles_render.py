@@ -2,10 +2,8 @@
 
   blender --background --factory-startup --python cycles_render.py -- SCENE.json FOLDER THREADS SAMPLES,SAMPLES,... SEED,SEED,...
 
-Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call, without
-writing the file. It supports what the boxes use: OBJ meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, and
-emission on the front only.
-"""
+Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call alone. Supports OBJ
+meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, and emission on the front only."""
 import json
 import math
 import os
@@ -66,7 +64,7 @@ def make_material(material):
 
 
 def read_mtl(path, materials):
-    """Materials of an MTL file by the course's codes. Materials of the document take precedence."""
+    """Materials of an MTL file, as `--mtl course` reads them. Materials of the document take precedence."""
     name = None
     with open(path, encoding="utf-8") as lines:
         for words in map(str.split, lines):

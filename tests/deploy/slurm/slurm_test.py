@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""A farm on a Slurm cluster whose nodes are network namespaces of this machine. Nodes are lost and cut off, and jobs run out of
-time. Coordinators restart or stand by, and workers come and go with the work. Each film must have the bits of an undisturbed one.
+"""A farm on a Slurm cluster whose nodes are network namespaces of this machine. Each film must have the bits of an undisturbed one.
 
   slurm_test.py [--full] SOURCE-FOLDER BUILD-FOLDER
 

@@ -36,8 +36,8 @@ TEST_F(CheckTest, AutoFindsAMethodForEveryIncludedScene) {
     EXPECT_FALSE(said["auto"]["methods"].empty());
     EXPECT_FALSE(said["auto"]["reasons"].empty());
     EXPECT_FALSE(said["features"].empty());
-    // The course's default scene has a light without extent, and glass below it. One box has a light, a mesh, that
-    // covers a hundred-thousandth of the view from its balls.
+    // course-default has a light without extent, and glass below it. One box has a light, a mesh, that covers a
+    // hundred-thousandth of the view from its balls.
     const std::string name = entry.path().filename().string();
     const bool caustics_unseen = name.starts_with("course-default") || name == "cornell-bench-small-lamp.json";
     EXPECT_EQ(verdict_on(said, "path")["admitted"], !caustics_unseen);

@@ -1,4 +1,5 @@
-// The unit library, compared with the course's figures, other parameters, and integrals by an independent rule.
+// The unit library, compared with the figures of a university rendering course, other parameters, and integrals by an
+// independent rule.
 #include "common/lights/photometry.h"
 
 #include <gtest/gtest.h>

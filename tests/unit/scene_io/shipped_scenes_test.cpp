@@ -131,7 +131,7 @@ TEST(ShippedScenes, EveryDocumentLoadsWithoutNotices) {
           << loaded.status();
     }
   }
-  EXPECT_GE(loaded_count, 8);  // the Cornell boxes and the course's default scenes need nothing
+  EXPECT_GE(loaded_count, 8);  // the Cornell boxes and course-default need nothing
 }
 
 TEST(ShippedScenes, TheLampHasItsMeasuredSizeAndRadiance) {

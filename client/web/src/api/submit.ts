@@ -1,4 +1,4 @@
-/** Jobs that the page submits: clones, new jobs, and quick looks, which exist only during editing. */
+/** Jobs that the page submits: clones, new jobs, and those of live pictures, which exist only during editing. */
 import {fromJson, toJson, type JsonValue} from '@bufbuild/protobuf';
 import {JobSchema, JobSpecSchema, type JobSpec} from '../wire/lightmill/v1/farm_pb';
 import {hexOf} from '../model/bytes';

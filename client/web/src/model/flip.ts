@@ -1,9 +1,6 @@
 /**
- * FLIP: how different two pictures look when a viewer flips between them. The formulas and constants of common/image/flip.cpp.
- *
- * LDR-FLIP: P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild, "FLIP: A Difference Evaluator for
- * Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. HDR-FLIP: P. Andersson, J. Nilsson, P. Shirley, T.
- * Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images", Eurographics Short Papers, 2021.
+ * FLIP: the visible difference between two pictures that are shown in alternation. The formulas and constants are those of
+ * common/image/flip.cpp. Its header names the papers.
  */
 
 /** Linear R, G and B as planes, rows from the top. */

@@ -1,4 +1,4 @@
-/** The form of a job, and the job made of it: an edited one, a clone, or a quick look. Pure. */
+/** The form of a job, and the job made of it: an edited one, a clone, or one for a live picture. Pure. */
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {
   GoalSchema,
@@ -136,8 +136,8 @@ export function newSpec(scene: Scene, name: string): JobSpec {
   return create(JobSpecSchema, {name, goal: {samples: 64n}, settings});
 }
 
-/** Suffix of the names of quick looks. */
-export const kQuickEnding = ' (being edited)';
+/** Suffix of the names of live pictures' jobs. */
+export const kLivePictureEnding = ' (being edited)';
 
 /** Suffix of the names of jobs that render photons for the overlay. */
 export const kPhotonMapEnding = ' (photon map)';
@@ -157,7 +157,7 @@ function pageJobName(name: string, ending: string, {maxNameBytes}: JobRules): st
 
 /** Whether the job belongs to a page, which deletes it. */
 export function isPageJob(name: string): boolean {
-  return name.endsWith(kQuickEnding) || name.endsWith(kPhotonMapEnding);
+  return name.endsWith(kLivePictureEnding) || name.endsWith(kPhotonMapEnding);
 }
 
 const kPhotonMapMethods: Record<Exclude<Photons, 'none'>, string> = {
@@ -180,24 +180,24 @@ export function photonMapSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, 
   };
 }
 
-export type QuickMethod = 'preview' | 'raycast' | 'path';
-/** Samples of a quick look: enough for smooth edges, or for a first impression of the light. */
-const kQuickSamples: Record<QuickMethod, bigint> = {preview: 16n, raycast: 16n, path: 64n};
-export const kMaxQuickSide = 480;
+export type LivePictureMethod = 'preview' | 'raycast' | 'path';
+/** Samples of a live picture: enough for smooth edges, or for a first impression of the light. */
+const kLivePictureSamples: Record<LivePictureMethod, bigint> = {preview: 16n, raycast: 16n, path: 64n};
+export const kMaxLivePictureSide = 480;
 
-/** A quick look at a scene during editing: small, with high priority, without audits, of the job's whole picture. */
-export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: JobRules, parent: bigint, method: QuickMethod): JobSpec {
-  const scale = Math.min(1, kMaxQuickSide / Math.max(form.width, form.height));
+/** The job of a live picture of a scene during editing: small, with high priority, without audits, of the job's whole picture. */
+export function livePictureSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: JobRules, parent: bigint, method: LivePictureMethod): JobSpec {
+  const scale = Math.min(1, kMaxLivePictureSide / Math.max(form.width, form.height));
   const side = (length: number) => Math.max(1, Math.round(length * scale));
   const small = {...form, width: side(form.width), height: side(form.height), method};
   const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rules);
   return {
     ...spec,
-    name: pageJobName(form.name, kQuickEnding, rules),
+    name: pageJobName(form.name, kLivePictureEnding, rules),
     parent,
     priority: Math.min(form.priority + 1, kMaxPriority),
     auditShare: 0,
-    goal: create(GoalSchema, {samples: kQuickSamples[method]}),
+    goal: create(GoalSchema, {samples: kLivePictureSamples[method]}),
     settings: {...settingsFor(whole, scene, small, rules), layers: [kBeauty], maxBounces: 0, meters: 0},
   };
 }

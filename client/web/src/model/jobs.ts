@@ -59,7 +59,7 @@ export function fractionDone(job: Job): number {
   return Math.min(fraction, 1);
 }
 
-/** Jobs made from `parent`, oldest first, without quick looks. */
+/** Jobs made from `parent`, oldest first, without those of live pictures. */
 export function childrenOf(list: JobList, parent: bigint): bigint[] {
   const children = [...list.values()].filter((job) => job.parent === parent && !isPageJob(job.name));
   return children.map((job) => job.id).sort((a, b) => Number(a - b));

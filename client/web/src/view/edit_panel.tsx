@@ -1,7 +1,7 @@
 /** Editing of a job's camera, materials, lights and settings, and the new job made of them. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {Submitter} from '../api/submit';
-import {filledSpec, type QuickMethod} from '../model/job_form';
+import {filledSpec, type LivePictureMethod} from '../model/job_form';
 import type {Vector} from '../model/orbit';
 import {fovOf, lightGroups, materialGroups, poseOf, withCamera, withPose} from '../model/scene_edit';
 import type {Scene} from '../wire/lightmill/v1/scene_pb';
@@ -12,7 +12,7 @@ import {JobFields} from './job_fields';
 import {NumberField} from './number_field';
 import {useFarm} from './store';
 
-const kQuickLabels: [QuickMethod, string][] = [
+const kLiveLabels: [LivePictureMethod, string][] = [
   ['preview', 'Flat colours'],
   ['raycast', 'Hard shadows'],
   ['path', 'All light, noisy'],
@@ -104,10 +104,10 @@ export function EditPanel({id, editor, onClose}: EditPanelProps) {
           Close
         </button>
       </div>
-      <label class="quick-look">
+      <label class="live-picture">
         Live picture
-        <select value={editor.quick} onChange={(event) => editor.setQuick(event.currentTarget.value as QuickMethod)}>
-          {kQuickLabels.map(([method, label]) => (
+        <select value={editor.liveMethod} onChange={(event) => editor.setLiveMethod(event.currentTarget.value as LivePictureMethod)}>
+          {kLiveLabels.map(([method, label]) => (
             <option key={method} value={method}>
               {label}
             </option>

@@ -1,14 +1,14 @@
-/** The editor of a job: scene and form, their undo history, and the quick look. */
+/** The editor of a job: scene and form, their undo history, and the live picture. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import {fetchSpec} from '../api/submit';
 import type {Film} from '../model/film';
-import {formOf, quickSpec, sceneOf, type JobForm, type QuickMethod} from '../model/job_form';
+import {formOf, livePictureSpec, sceneOf, type JobForm, type LivePictureMethod} from '../model/job_form';
 import {dollied, orbited, panned} from '../model/orbit';
 import {fovOf, poseOf, withPose} from '../model/scene_edit';
 import {begun, edited, redone, settled, undone, type Edits} from '../model/undo';
 import type {JobSpec} from '../wire/lightmill/v1/farm_pb';
 import type {Scene} from '../wire/lightmill/v1/scene_pb';
-import {useQuickLook} from './quick_look';
+import {useLivePicture} from './live_picture';
 import {useFarm} from './store';
 import type {Steering} from './viewer';
 
@@ -24,12 +24,12 @@ export interface Editor {
   undo: () => void;
   redo: () => void;
   reset: () => void;
-  /** The method of the quick look. */
-  quick: QuickMethod;
-  setQuick: (quick: QuickMethod) => void;
-  /** The quick look; undefined until it arrives. */
+  /** The method of the live picture. */
+  liveMethod: LivePictureMethod;
+  setLiveMethod: (liveMethod: LivePictureMethod) => void;
+  /** The live picture; undefined until it arrives. */
   film: Film | undefined;
-  /** Why there is no quick look. */
+  /** Why there is no live picture. */
   failure: string;
   steering: Steering;
 }
@@ -52,7 +52,7 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
   const {greeting} = useFarm();
   const [spec, setSpec] = useState<JobSpec>();
   const [edits, setEdits] = useState<Edits<Draft>>();
-  const [quick, setQuick] = useState<QuickMethod>('raycast');
+  const [liveMethod, setLiveMethod] = useState<LivePictureMethod>('raycast');
   const [failure, setFailure] = useState('');
   useEffect(() => {
     if (!editing) {
@@ -80,10 +80,10 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
   // Name and goal do not change the picture.
   const {width, height, seed, priority} = draft?.form ?? {};
   const request = useMemo(
-    () => (spec && draft && greeting ? quickSpec(spec, draft.scene, draft.form, greeting, id, quick) : undefined),
-    [spec, draft?.scene, width, height, seed, priority, greeting, quick],
+    () => (spec && draft && greeting ? livePictureSpec(spec, draft.scene, draft.form, greeting, id, liveMethod) : undefined),
+    [spec, draft?.scene, width, height, seed, priority, greeting, liveMethod],
   );
-  const {film, failure: noPicture} = useQuickLook(request);
+  const {film, failure: noPicture} = useLivePicture(request);
   if (!spec || !edits) {
     return {editor: undefined, failure};
   }
@@ -94,8 +94,8 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
     undo: () => change(undone),
     redo: () => change(redone),
     reset: () => change((before) => edited(before, before.first, '')),
-    quick,
-    setQuick,
+    liveMethod,
+    setLiveMethod,
     film,
     failure: noPicture,
     steering,

@@ -5,7 +5,7 @@ import type {Film} from '../model/film';
 import {photonMapSpec} from '../model/job_form';
 import type {Photons} from '../model/route';
 import type {JobSpec} from '../wire/lightmill/v1/farm_pb';
-import {useQuickLook} from './quick_look';
+import {useLivePicture} from './live_picture';
 import {useFarm} from './store';
 
 /** No film if no photons are wanted, or before they arrive. `failure` says why they cannot. */
@@ -29,6 +29,6 @@ export function usePhotonOverlay(id: bigint, photons: Photons): {film: Film | un
     };
   }, [id, wanted]);
   const request = useMemo(() => (spec && greeting && photons !== 'none' ? photonMapSpec(spec, photons, greeting, id) : undefined), [spec, greeting, photons, id]);
-  const {film, failure: notRendered} = useQuickLook(request);
+  const {film, failure: notRendered} = useLivePicture(request);
   return {film, failure: failure || notRendered};
 }

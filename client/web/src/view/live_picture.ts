@@ -1,13 +1,13 @@
-/** The job of a quick look and its picture, over a connection of its own. */
+/** The live picture during editing, and its job, over a connection of its own. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {Live} from '../api/live';
 import {discardJob, Submitter} from '../api/submit';
 import {Film} from '../model/film';
-import {QuickLook} from '../model/quick_look';
+import {LivePicture} from '../model/live_picture';
 import {JobState, type JobSpec} from '../wire/lightmill/v1/farm_pb';
 import {farm} from './store';
 
-/** A quick look is not replaced before its picture is complete, or this time has passed. */
+/** A job is not replaced before its picture is complete, or this time has passed. */
 const kPictureMs = 1_500;
 
 class LivePreview {
@@ -46,13 +46,13 @@ class LivePreview {
       }
     },
   });
-  readonly look: QuickLook<JobSpec>;
+  readonly look: LivePicture<JobSpec>;
 
   constructor(
     private readonly onFilm: (film: Film) => void,
     private readonly onFailure: (message: string) => void,
   ) {
-    this.look = new QuickLook<JobSpec>({submit: (spec) => this.submit(spec), discard: (job) => discardJob(job)}, {onJob: () => undefined, onFailure});
+    this.look = new LivePicture<JobSpec>({submit: (spec) => this.submit(spec), discard: (job) => discardJob(job)}, {onJob: () => undefined, onFailure});
   }
 
   close(): void {
@@ -85,7 +85,7 @@ class LivePreview {
 }
 
 /** The picture of the newest request that has one, and why a newer request has none. None while `request` is undefined. */
-export function useQuickLook(request: JobSpec | undefined): {film: Film | undefined; failure: string} {
+export function useLivePicture(request: JobSpec | undefined): {film: Film | undefined; failure: string} {
   const [film, setFilm] = useState<Film>();
   const [failure, setFailure] = useState('');
   const look = useRef<LivePreview>();

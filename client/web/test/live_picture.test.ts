@@ -1,5 +1,5 @@
 import {expect, test} from 'vitest';
-import {QuickLook} from '../src/model/quick_look';
+import {LivePicture} from '../src/model/live_picture';
 
 /** A farm that answers when the test says so, and records the most jobs that it had at once. */
 class Jobs {
@@ -50,11 +50,11 @@ function looking() {
   const jobs = new Jobs();
   const shown: (bigint | undefined)[] = [];
   const failures: string[] = [];
-  const look = new QuickLook<string>(jobs, {onJob: (job) => shown.push(job), onFailure: (message) => failures.push(message)});
+  const look = new LivePicture<string>(jobs, {onJob: (job) => shown.push(job), onFailure: (message) => failures.push(message)});
   return {jobs, shown, failures, look};
 }
 
-test('there is one quick look at most, of the newest edit', async () => {
+test('there is one live picture at most, of the newest edit', async () => {
   const {jobs, shown, look} = looking();
   for (const request of ['a', 'b', 'c']) {
     look.want(request);

@@ -1,18 +1,18 @@
-/** The quick look during editing: renders the newest request, with at most one job at a time, and none once it is closed. Pure. */
+/** The live picture during editing: renders the newest request, with at most one job at a time, and none once it is closed. Pure. */
 
-export interface QuickJobs<Request> {
+export interface LivePictureJobs<Request> {
   submit(request: Request): Promise<bigint>;
   /** Cancels and deletes a job in any state. */
   discard(job: bigint): Promise<void>;
 }
 
-export interface QuickListener {
+export interface LivePictureListener {
   onJob(job: bigint | undefined): void;
   /** Empty: the failure is over. */
   onFailure(message: string): void;
 }
 
-export class QuickLook<Request> {
+export class LivePicture<Request> {
   private waiting: Request | undefined;
   private job: bigint | undefined;
   /** Jobs that could not be deleted yet. */
@@ -21,8 +21,8 @@ export class QuickLook<Request> {
   private closed = false;
 
   constructor(
-    private readonly jobs: QuickJobs<Request>,
-    private readonly listener: QuickListener,
+    private readonly jobs: LivePictureJobs<Request>,
+    private readonly listener: LivePictureListener,
   ) {}
 
   /** Sets what to render. An older request that waits is dropped. */
