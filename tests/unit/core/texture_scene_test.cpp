@@ -138,7 +138,7 @@ TEST(TextureScene, DataAreNotDecoded) {
 
 TEST(TextureScene, FactorMapsMixMaterials) {
   const HalfImages image = preview(document(kNearest, R"({"name": "picture", "mixture": {
-      "first": {"diffuse": {"reflectance": {"rgb": [1, 0.5, 0.25]}}}, "second": {"diffuse": {}},
+      "first": {"diffuse": {"reflectance": {"rgb": [1, 0.5, 0.25]}}}, "second": {"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}},
       "factor": 1, "factor_map": {"texture": "t", "channel": "G"}}})"));
   expect_pixel(image, 1, 1, {1, 0.5, 0.25});
   expect_pixel(image, 6, 1, {0, 0, 0});
