@@ -22,6 +22,13 @@ struct CameraHit8 {
     }
     return Passing8::decided_by(sobol_pair(U8(index), decision_seed(pixel_seed, opacity_decision(vertex))).u);
   }
+  /// The number that draws a part of mixtures at this vertex.
+  std::optional<F8> part(const CompiledScene& scene, std::uint32_t vertex) const {
+    if (!scene.features().mixtures) {
+      return std::nullopt;
+    }
+    return sobol_pair(U8(index), decision_seed(pixel_seed, mixture_decision(vertex))).u;
+  }
 };
 
 /// `Shader` is immutable. `V8 shade(const CameraHit8&, RenderCounters&) const` returns radiance in the lanes. The
@@ -48,7 +55,7 @@ class CameraMethod final : public SampledMethod {
       hit.index = static_cast<std::uint32_t>(sample >> 1);
       const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
       hit.arrival = arrive(hit, sample_camera_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, hit.index), ws.counters);
-      hit.surface = scene_->surface(hit.arrival.rays, hit.arrival.hits);
+      hit.surface = scene_->surface(hit.arrival.rays, hit.arrival.hits, hit.part(*scene_, 0));
       if (flat_) {
         hit.surface.shading_normal = hit.surface.geometric_normal;
       }

@@ -121,6 +121,22 @@ void add_lights(TestScene& test, bool many, bool sky_image, double spread_degree
   }
 }
 
+Material worn_paint() {
+  const auto of_kind = [](const auto& kind) {
+    Material out;
+    out.kind = kind;
+    return out;
+  };
+  const auto part = [](const Material& material) { return std::make_shared<const Material>(material); };
+  Material gloss = of_kind(PrincipledMaterial{{0.8f, 0.3f, 0.2f}, 0.5, 0.3});
+  gloss.roughness_map = {0, ScalarMap::Channel::b};
+  const Material dents = of_kind(MixtureMaterial{part(of_kind(MirrorMaterial{{0.7f, 0.8f, 0.9f}})),
+                                                 part(of_kind(DiffuseMaterial{{0.1f, 0.2f, 0.3f}, 0.3})), 0.4});
+  Material out = of_kind(MixtureMaterial{part(gloss), part(dents), 0.7, {1, ScalarMap::Channel::luminance}});
+  out.name = "worn paint";
+  return out;
+}
+
 /// Materials of each kind, with textures. An exponent of 0 makes the glow the same in all directions.
 void add_materials(Scene& scene, double glow_exponent) {
   scene.materials = {
@@ -157,6 +173,7 @@ void add_materials(Scene& scene, double glow_exponent) {
        false},
       {"chalk", DiffuseMaterial{{0.9f, 0.8f, 0.6f}, 0.8}, {}, false},
       {"clay", DiffuseMaterial{{0.6f, 0.7f, 0.9f}, 0.5}, {}, false},
+      worn_paint(),
   };
   scene.materials[5].emission_exponent = glow_exponent;
   scene.materials[5].light_group = "key";
@@ -200,6 +217,7 @@ void add_room(TestScene& test) {
   test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the sphere before
   test.add(21, SphereShape{{-0.4, 0.15, 1.4}, 0.15, false});
   test.add(22, SphereShape{{0.8, 0.15, 1.5}, 0.15, false});
+  test.add(23, SphereShape{{0.1, 0.2, 1.7}, 0.2, false});
   test.scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
   test.scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
 }

@@ -24,6 +24,11 @@ constexpr std::uint32_t opacity_decision(std::uint32_t vertex) {
   return 0x38000000u + vertex;
 }
 
+/// The decision that draws the part of a mixture at vertex v. The numbers lie above those of opacity_decision.
+constexpr std::uint32_t mixture_decision(std::uint32_t vertex) {
+  return 0x3c000000u + vertex;
+}
+
 /// The end of connections: points on surfaces.
 struct Target8 {
   V8 point;

@@ -77,6 +77,8 @@ void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& s
     case MaterialKind::holdout:
       visit(HoldoutSurface{}, lanes);
       return;
+    case MaterialKind::mixture:
+      break;
   }
   LM_CHECK(false, "unknown kind of material");
 }

@@ -50,37 +50,41 @@ Lobes lobes_of(const PrincipledMaterial& m, const Material& material) {
 
 Lobes lobes_of(const Material& material) {
   Lobes lobes;
-  std::visit(
-      Overloaded{[&](const DiffuseMaterial& m) { lobes.diffuse = !is_black(m.reflectance); },
-                 [&](const MirrorMaterial& m) {
-                   if (!is_black(m.reflectance)) {
-                     lobes.add(0);
-                   }
-                 },
-                 [&](const DielectricMaterial& m) {
-                   // Almost no refraction is as narrow as none (see RoughDielectric8).
-                   lobes.add(m.roughness * m.roughness * std::abs(m.ior - 1) < 1e-5 ? 0 : m.roughness);
-                   lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
-                 },
-                 [&](const PhongMaterial& m) {
-                   lobes.diffuse = !is_black(m.diffuse);
-                   if (!is_black(m.specular)) {
-                     // Gives the peak of equal width. No exponent is a delta lobe.
-                     lobes.add(std::pow(2 / (m.exponent + 2), 0.25));
-                   }
-                 },
-                 [&](const ConductorMaterial& m) {
-                   lobes.add(mean_roughness(m.roughness, m.anisotropy));
-                   lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
-                 },
-                 [&](const PrincipledMaterial& m) { lobes = lobes_of(m, material); }, [](const HoldoutMaterial&) {}},
-      material.kind);
+  std::visit(Overloaded{[&](const DiffuseMaterial& m) { lobes.diffuse = !is_black(m.reflectance); },
+                        [&](const MirrorMaterial& m) {
+                          if (!is_black(m.reflectance)) {
+                            lobes.add(0);
+                          }
+                        },
+                        [&](const DielectricMaterial& m) {
+                          // Almost no refraction is as narrow as none (see RoughDielectric8).
+                          lobes.add(m.roughness * m.roughness * std::abs(m.ior - 1) < 1e-5 ? 0 : m.roughness);
+                          lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
+                        },
+                        [&](const PhongMaterial& m) {
+                          lobes.diffuse = !is_black(m.diffuse);
+                          if (!is_black(m.specular)) {
+                            // Gives the peak of equal width. No exponent is a delta lobe.
+                            lobes.add(std::pow(2 / (m.exponent + 2), 0.25));
+                          }
+                        },
+                        [&](const ConductorMaterial& m) {
+                          lobes.add(mean_roughness(m.roughness, m.anisotropy));
+                          lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
+                        },
+                        [&](const PrincipledMaterial& m) { lobes = lobes_of(m, material); },
+                        [](const OneOf<HoldoutMaterial, MixtureMaterial> auto&) {}},
+             material.kind);
   return lobes;
 }
 
 }  // namespace
 
 NarrowLobes narrow_lobes(const Material& material) {
+  if (const auto* mixture = std::get_if<MixtureMaterial>(&material.kind)) {
+    const NarrowLobes first = narrow_lobes(*mixture->first), second = narrow_lobes(*mixture->second);
+    return first == second ? first : NarrowLobes::some;
+  }
   Lobes lobes = lobes_of(material);
   if (lobes.mapped && is_caster(material)) {
     lobes.alphas[0] = 0;
@@ -94,8 +98,10 @@ NarrowLobes narrow_lobes(const Material& material) {
 }
 
 bool receives_light(const Material& material) {
-  const Lobes lobes = lobes_of(material);
-  return lobes.diffuse || lobes.below(ggx::kSmoothAlpha) < lobes.count;
+  return any_part(material, [](const Material& part) {
+    const Lobes lobes = lobes_of(part);
+    return lobes.diffuse || lobes.below(ggx::kSmoothAlpha) < lobes.count;
+  });
 }
 
 }  // namespace lightmill

@@ -32,11 +32,12 @@ std::string_view noun_of(const Material& material) {
     return "glass";
   }
   return std::visit(
-      Overloaded{[](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
-                 [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
-                 [](const OneOf<DiffuseMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial> auto&) {
-                   return "surface";
-                 }},
+      Overloaded{
+          [](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
+          [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
+          [](const OneOf<DiffuseMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial, MixtureMaterial> auto&) {
+            return "surface";
+          }},
       material.kind);
 }
 
@@ -74,35 +75,40 @@ std::array<double, 3> with_sheen(const PrincipledMaterial& m, const std::array<d
 /// Upper bound of a surface's albedo, by channel.
 std::array<double, 3> albedo_of(const Material& material) {
   const auto of = [](const RgbColor& c) { return std::array<double, 3>{c.r, c.g, c.b}; };
-  return std::visit(Overloaded{[&](const DiffuseMaterial& m) { return of(m.reflectance.rgb); },
-                               [&](const MirrorMaterial& m) { return of(m.reflectance.rgb); },
-                               [&](const DielectricMaterial&) {
-                                 return std::array<double, 3>{1, 1, 1};
-                               },
-                               [&](const PhongMaterial& m) {
-                                 const RgbColor &d = m.diffuse.rgb, &s = m.specular.rgb;
-                                 return of({d.r + s.r, d.g + s.g, d.b + s.b});
-                               },
-                               [&](const ConductorMaterial& m) {
-                                 const auto at_normal = conductor::normal_reflectance<double>;
-                                 return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
-                                                              at_normal(m.eta.b, m.k.b)};
-                               },
-                               [&](const PrincipledMaterial& m) { return with_sheen(m, principled_bound(m)); },
-                               [](const HoldoutMaterial&) { return std::array<double, 3>{}; }},
-                    material.kind);
+  return std::visit(
+      Overloaded{[&](const DiffuseMaterial& m) { return of(m.reflectance.rgb); },
+                 [&](const MirrorMaterial& m) { return of(m.reflectance.rgb); },
+                 [&](const DielectricMaterial&) {
+                   return std::array<double, 3>{1, 1, 1};
+                 },
+                 [&](const PhongMaterial& m) {
+                   const RgbColor &d = m.diffuse.rgb, &s = m.specular.rgb;
+                   return of({d.r + s.r, d.g + s.g, d.b + s.b});
+                 },
+                 [&](const ConductorMaterial& m) {
+                   const auto at_normal = conductor::normal_reflectance<double>;
+                   return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
+                                                at_normal(m.eta.b, m.k.b)};
+                 },
+                 [&](const PrincipledMaterial& m) { return with_sheen(m, principled_bound(m)); },
+                 [](const HoldoutMaterial&) { return std::array<double, 3>{}; },
+                 [](const MixtureMaterial& m) {
+                   const std::array<double, 3> a = albedo_of(*m.first), b = albedo_of(*m.second);
+                   return std::array<double, 3>{std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
+                 }},
+      material.kind);
 }
 
 bool is_textured(const Material& material) {
-  return std::ranges::any_of(colors_of(material), [](const auto* color) { return color->texture != kNoTexture; }) ||
-         material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture;
+  return has_maps(material) ||
+         std::ranges::any_of(colors_of(material), [](const auto* color) { return color->texture != kNoTexture; });
 }
 
 bool has_sheen(const Material& material) {
-  return std::visit(Overloaded{[](const PrincipledMaterial& m) { return !is_black(m.sheen_color); },
-                               [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial,
-                                              ConductorMaterial, HoldoutMaterial> auto&) { return false; }},
-                    material.kind);
+  return any_part(material, [](const Material& part) {
+    const auto* const principled = std::get_if<PrincipledMaterial>(&part.kind);
+    return principled != nullptr && !is_black(principled->sheen_color);
+  });
 }
 
 bool loses_light_between_facets(const Material& material) {
@@ -112,7 +118,8 @@ bool loses_light_between_facets(const Material& material) {
     }
     return false;
   };
-  return material.single_scattering && std::visit(is_rough, material.kind);
+  return any_part(material,
+                  [&](const Material& part) { return part.single_scattering && std::visit(is_rough, part.kind); });
 }
 
 /// Facts of the materials in use.

@@ -20,7 +20,7 @@ bool is_caster(const Material& material) {
                    return (metal || m.transmission == 1) && (glass || is_black(m.sheen_color)) && narrow(roughness) &&
                           (m.coat == 0 || narrow(m.coat_roughness));
                  },
-                 receiver},
+                 [](const MixtureMaterial& m) { return is_caster(*m.first) || is_caster(*m.second); }, receiver},
       material.kind);
 }
 
@@ -48,6 +48,18 @@ std::vector<CasterLobe> caster_lobes(const Material& material) {
                                                        : refracted(m.roughness, m.ior);
                    const double coat = kCoatReflects * m.coat;
                    return Lobes{{1 - coat, base}, {coat, m.coat_roughness * m.coat_roughness * kFromTheSide}};
+                 },
+                 [](const MixtureMaterial& m) {
+                   Lobes lobes;
+                   const double second = std::clamp(m.factor, 0.01, 0.99);
+                   const double first = is_caster(*m.second) ? 1 - second : 1;
+                   for (const auto& [part, share] :
+                        {std::pair{&*m.first, first}, {&*m.second, is_caster(*m.first) ? second : 1}}) {
+                     for (const CasterLobe& lobe : is_caster(*part) ? caster_lobes(*part) : Lobes{}) {
+                       lobes.push_back({share * lobe.share, lobe.alpha});
+                     }
+                   }
+                   return lobes;
                  },
                  [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, HoldoutMaterial> auto&) {
                    return Lobes{{1, 0}};

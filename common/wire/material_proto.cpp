@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <array>
+
 #include "common/materials/metals.h"
 #include "common/scene/validate/validate.h"
 #include "common/wire/scene_parts.h"
@@ -59,6 +62,16 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
 }
 void to_wire_kind(const HoldoutMaterial&, const Textures&, v1::Material* out) {
   out->mutable_holdout();
+}
+/// The fields that parts of mixtures have.
+void to_wire_surface(const Material& material, const Textures& textures, v1::Material* out);
+void to_wire_kind(const MixtureMaterial& m, const Textures& textures, v1::Material* out) {
+  to_wire_surface(*m.first, textures, out->mutable_mixture()->mutable_first());
+  to_wire_surface(*m.second, textures, out->mutable_mixture()->mutable_second());
+  out->mutable_mixture()->set_factor(m.factor);
+  if (m.map.texture != kNoTexture) {
+    to_wire_map(m.map, textures, out->mutable_mixture()->mutable_factor_map());
+  }
 }
 
 // ---- messages → values ----
@@ -132,6 +145,43 @@ Result<PrincipledMaterial> principled_from_wire(const std::string& path, const v
   return out;
 }
 
+Status surface_from_wire(const std::string& path, const v1::Material& material, const TextureNames& textures,
+                         Material& out);
+
+/// Whether parts of mixtures have this field of a material.
+bool is_field_of_parts(const google::protobuf::FieldDescriptor* field) {
+  constexpr std::array kMaps{v1::Material::kRoughnessMapFieldNumber, v1::Material::kMetallicMapFieldNumber,
+                             v1::Material::kSingleScatteringFieldNumber};
+  return field->real_containing_oneof() != nullptr || std::ranges::find(kMaps, field->number()) != kMaps.end();
+}
+
+Result<std::shared_ptr<const Material>> part_from_wire(const std::string& path, const v1::Material& part,
+                                                       const TextureNames& textures) {
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  part.GetReflection()->ListFields(part, &fields);
+  if (!std::ranges::all_of(fields, is_field_of_parts)) {
+    return invalid_argument(
+        "{}: a part of a mixture has only its kind, roughness_map, metallic_map and single_scattering. Give the other "
+        "fields to the mixture",
+        path);
+  }
+  const auto out = std::make_shared<Material>();
+  LM_RETURN_IF_ERROR(surface_from_wire(path, part, textures, *out));
+  return std::shared_ptr<const Material>(out);
+}
+
+Result<MixtureMaterial> mixture_from_wire(const std::string& path, const v1::Material::Mixture& mixture,
+                                          const TextureNames& textures) {
+  MixtureMaterial out;
+  LM_ASSIGN_OR_RETURN(out.first, part_from_wire(path + ".first", mixture.first(), textures));
+  LM_ASSIGN_OR_RETURN(out.second, part_from_wire(path + ".second", mixture.second(), textures));
+  out.factor = mixture.has_factor() ? mixture.factor() : out.factor;
+  if (mixture.has_factor_map()) {
+    LM_ASSIGN_OR_RETURN(out.map, map_from_wire(path + ".factor_map", mixture.factor_map(), textures));
+  }
+  return out;
+}
+
 Status kind_from_wire(const std::string& path, const v1::Material& material, const TextureNames& textures,
                       Material& out) {
   switch (material.kind_case()) {
@@ -168,13 +218,30 @@ Status kind_from_wire(const std::string& path, const v1::Material& material, con
     case v1::Material::kHoldout:
       out.kind = HoldoutMaterial{};
       return ok_status();
+    case v1::Material::kMixture: {
+      LM_ASSIGN_OR_RETURN(out.kind, mixture_from_wire(path + ".mixture", material.mixture(), textures));
+      return ok_status();
+    }
     case v1::Material::KIND_NOT_SET:
       break;
   }
   return invalid_argument(
       "{}: a kind of material must be given. The kinds are diffuse, mirror, dielectric, phong, conductor, principled, "
-      "holdout",
+      "holdout, mixture",
       path);
+}
+
+Status surface_from_wire(const std::string& path, const v1::Material& material, const TextureNames& textures,
+                         Material& out) {
+  LM_RETURN_IF_ERROR(kind_from_wire(path, material, textures, out));
+  out.single_scattering = material.single_scattering();
+  if (material.has_roughness_map()) {
+    LM_ASSIGN_OR_RETURN(out.roughness_map, map_from_wire(path + ".roughness_map", material.roughness_map(), textures));
+  }
+  if (material.has_metallic_map()) {
+    LM_ASSIGN_OR_RETURN(out.metallic_map, map_from_wire(path + ".metallic_map", material.metallic_map(), textures));
+  }
+  return ok_status();
 }
 
 Result<Medium> medium_from_wire(const std::string& path, const v1::Material::Medium& medium) {
@@ -216,11 +283,22 @@ void to_wire_opacity(const Opacity& opacity, const Textures& textures, v1::Opaci
   }
 }
 
+void to_wire_surface(const Material& material, const Textures& textures, v1::Material* out) {
+  std::visit([&](const auto& kind) { to_wire_kind(kind, textures, out); }, material.kind);
+  out->set_single_scattering(material.single_scattering);
+  if (material.roughness_map.texture != kNoTexture) {
+    to_wire_map(material.roughness_map, textures, out->mutable_roughness_map());
+  }
+  if (material.metallic_map.texture != kNoTexture) {
+    to_wire_map(material.metallic_map, textures, out->mutable_metallic_map());
+  }
+}
+
 }  // namespace
 
 void to_wire_material(const Material& material, const Textures& textures, v1::Material* out) {
   out->set_name(material.name);
-  std::visit([&](const auto& kind) { to_wire_kind(kind, textures, out); }, material.kind);
+  to_wire_surface(material, textures, out);
   to_wire_emission(material, textures, out);
   if (material.interior != Medium{}) {
     to_wire_color(material.interior.absorption, out->mutable_interior()->mutable_absorption());
@@ -229,13 +307,6 @@ void to_wire_material(const Material& material, const Textures& textures, v1::Ma
   }
   out->set_priority(material.priority);
   out->set_light_group(material.light_group);
-  out->set_single_scattering(material.single_scattering);
-  if (material.roughness_map.texture != kNoTexture) {
-    to_wire_map(material.roughness_map, textures, out->mutable_roughness_map());
-  }
-  if (material.metallic_map.texture != kNoTexture) {
-    to_wire_map(material.metallic_map, textures, out->mutable_metallic_map());
-  }
   if (material.opacity.mode != Opacity::Mode::opaque) {
     to_wire_opacity(material.opacity, textures, out->mutable_opacity());
   }
@@ -254,18 +325,11 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
   if (out.name.empty()) {
     return invalid_argument("{}.name: must not be empty", path);
   }
-  LM_RETURN_IF_ERROR(kind_from_wire(path, material, textures, out));
+  LM_RETURN_IF_ERROR(surface_from_wire(path, material, textures, out));
   LM_RETURN_IF_ERROR(emission_from_wire(path, material, textures, out));
   LM_ASSIGN_OR_RETURN(out.interior, medium_from_wire(path + ".interior", material.interior()));
   out.priority = material.priority();
   out.light_group = material.light_group();
-  out.single_scattering = material.single_scattering();
-  if (material.has_roughness_map()) {
-    LM_ASSIGN_OR_RETURN(out.roughness_map, map_from_wire(path + ".roughness_map", material.roughness_map(), textures));
-  }
-  if (material.has_metallic_map()) {
-    LM_ASSIGN_OR_RETURN(out.metallic_map, map_from_wire(path + ".metallic_map", material.metallic_map(), textures));
-  }
   if (material.has_opacity()) {
     LM_ASSIGN_OR_RETURN(out.opacity, opacity_from_wire(path + ".opacity", material.opacity(), textures));
   }

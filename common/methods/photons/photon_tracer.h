@@ -144,7 +144,11 @@ class PhotonTracer {
             ? Passing8::decided_by(tracer::decide(photon.index, U8(plan_.seed), number, opacity_decision(number)).u)
             : Passing8{};
     const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, passing, kNoGeometry, counters_);
-    const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
+    std::optional<F8> part;
+    if (scene_.features().mixtures) {
+      part = tracer::decide(photon.index, U8(plan_.seed), number, mixture_decision(number)).u;
+    }
+    const Surface8 surface = scene_.surface(arrival.rays, arrival.hits, part);
     const M8 counted = paths_.counted(photon, lanes);
     if (!out_.meters.empty()) {
       const F8 length =
@@ -169,12 +173,26 @@ class PhotonTracer {
                    number,
                    casters,
                    paths_.arrive(photon, surface, arrival.hits.hit, number)};
+    if (scene_.features().mixtures) {
+      store_at_mixtures(vertex, arrival.hits.hit & counted);
+    }
     const V8 wi = vertex.frame.to_local(-photon.direction);
     if ((scattered & vertex.mapped).any()) [[unlikely]] {
       scatter_images(vertex, wi, scattered);
     } else {
       scatter_from(vertex, wi, scattered);
     }
+  }
+
+  /// Photons are stored at mixtures if any part would store them, whatever part continues their path. Those who use them
+  /// draw a part themselves.
+  void store_at_mixtures(Vertex8& vertex, M8 lanes) {
+    const MaterialTable::Mixed8 mixed = scene_.materials().mixed(vertex.surface.material, lanes);
+    const M8 stored = Paths::kStoresAtCasters ? mixed.has_density : mixed.has_receiver;
+    if (stored.any()) {
+      store(vertex, stored);
+    }
+    vertex.stored = mixed.lanes;
   }
 
   /// Calls scatter for each BSDF of the surfaces. Light comes from wi.
@@ -215,7 +233,7 @@ class PhotonTracer {
     const Ways8 images = ways(lanes, lanes & vertex.mapped & (image.z > F8(0.0f)), draw_ways(vertex).u);
     vertex.weight = images.weight;
     scatter_from(vertex, wi, images.first);
-    vertex.stored = images.first;
+    vertex.stored = vertex.stored | images.first;
     scatter_from(vertex, image, images.second);
   }
 

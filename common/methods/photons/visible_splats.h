@@ -40,7 +40,11 @@ inline Connection8 connect(const CompiledScene& scene, M8 lanes, const Photon8& 
   passing.target = &target;
   Connection8 out;
   out.arrival = trace_transmittance(scene, lanes, rays, media, passing, kNoGeometry, counters);
-  out.surface = scene.surface(out.arrival.rays, out.arrival.hits);
+  std::optional<F8> part;
+  if (scene.features().mixtures) {
+    part = hashed_number(float_bits(from.x) + photon.primitive, float_bits(photon.wi.x) ^ float_bits(photon.point.y));
+  }
+  out.surface = scene.surface(out.arrival.rays, out.arrival.hits, part);
   out.cosine = abs(dot(direction, out.surface.geometric_normal));
   out.reaches = lanes & lightmill::reaches(target, out.arrival.hits, out.surface, out.cosine);
   return out;

@@ -57,6 +57,7 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
     case MaterialKind::mirror:
     case MaterialKind::dielectric:
     case MaterialKind::conductor:
+    case MaterialKind::mixture:
       return {};
     case MaterialKind::diffuse:
       light = lit(vertex, Diffuse8{albedo}, wo, lanes, counters);

@@ -173,7 +173,11 @@ class Tracer : public Wavefront {
     if (hits.hit.none()) {
       return;
     }
-    const Surface8 surface = scene_.surface({origin, in.direction, F8(0.0f)}, hits);
+    std::optional<F8> part;
+    if (scene_.features().mixtures) {
+      part = decide(in, bounce, mixture_decision(bounce)).u;
+    }
+    const Surface8 surface = scene_.surface({origin, in.direction, F8(0.0f)}, hits, part);
     if (bounce == 0 && meter_ == nullptr && channels_.shows_surfaces()) {
       store_surfaces(channels_, scene_, hits, surface, in.slot,
                      {ws_.radiance.data(), slots_, ws_.first.empty() ? nullptr : ws_.first.data(), pixels_});

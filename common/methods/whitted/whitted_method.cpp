@@ -63,7 +63,7 @@ class WhittedShader {
       walk.waiting.pop_back();
       const Arrival8 arrival = trace_transmittance(*scene_, branch.lanes, branch.rays, branch.media,
                                                    at.passing(*scene_, branch.scatterings), kNoGeometry, counters);
-      arrive(branch, arrival, scene_->surface(arrival.rays, arrival.hits), walk);
+      arrive(branch, arrival, scene_->surface(arrival.rays, arrival.hits, at.part(*scene_, branch.scatterings)), walk);
     }
     return walk.sum;
   }
@@ -137,6 +137,7 @@ class WhittedShader {
       case MaterialKind::rough_diffuse:
       case MaterialKind::phong:
       case MaterialKind::holdout:
+      case MaterialKind::mixture:
         break;
     }
     return {};

@@ -3,7 +3,7 @@
 
 #include "common/math/column.h"
 #include "common/scene/compiled/geometry_table.h"
-#include "common/scene/document.h"
+#include "common/scene/compiled/material_rows.h"
 
 namespace lightmill {
 
@@ -14,7 +14,7 @@ namespace lightmill {
 class AnisotropyDirections {
  public:
   AnisotropyDirections() = default;
-  explicit AnisotropyDirections(const Scene& scene);
+  explicit AnisotropyDirections(const MaterialRows& rows);
 
   /// Sets the tangents of directed surfaces, and clears `directed` where there is no direction.
   void find(const GeometryTable& geometry, const Hit8& hits, Surface8& surface) const;

@@ -326,9 +326,11 @@ class SceneCompiler {
     out_->emitter_points_ = std::move(tables.emitter_points);
     out_->emitters_ = std::move(tables.emitters);
     out_->environment_group_ = tables.environment_group;
-    out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance, out_->geometry_.has_colors());
-    out_->normal_maps_ = NormalMaps(scene_, frame_.scale());
-    out_->anisotropy_directions_ = AnisotropyDirections(scene_);
+    const MaterialRows rows = material_rows(scene_);
+    out_->materials_ = MaterialTable(scene_, rows, std::move(textures), tables.radiance, out_->geometry_.has_colors());
+    out_->normal_maps_ = NormalMaps(scene_, rows, frame_.scale());
+    out_->anisotropy_directions_ = AnisotropyDirections(rows);
+    out_->features_.mixtures = out_->materials_.has_mixtures();
     out_->features_.environment = out_->lights_.environment.exists();
     out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);
     if (out_->features_.holdouts) {

@@ -50,6 +50,7 @@ struct SceneFeatures {
   bool holdouts = false;
   bool opacity = false;      ///< surfaces that rays may pass
   bool normal_maps = false;  ///< some material has a normal map or bump map
+  bool mixtures = false;     ///< surfaces need a number that draws a part of their mixture
 };
 
 /// The places that photons must reach to find all caustics, in the frame.
@@ -118,8 +119,13 @@ class CompiledScene {
   std::uint64_t bytes() const { return bytes_; }
 
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
-  Surface8 surface(const Ray8& rays, const Hit8& hits) const {
+  /// `drawn_by`: in scenes with mixtures, a random number in [0, 1) that draws the part. Without it, surfaces have the
+  /// material of their object, which has the emission, opacity and inside, but not always a BSDF.
+  Surface8 surface(const Ray8& rays, const Hit8& hits, const std::optional<F8>& drawn_by = std::nullopt) const {
     Surface8 out = geometry_.surface(rays, hits);
+    if (drawn_by) {
+      out.material = materials_.drawn(out, hits.hit, *drawn_by);
+    }
     if (out.mapped.any()) {
       normal_maps_.apply(geometry_, materials_.textures(), hits, out);
     }

@@ -24,21 +24,41 @@ RgbColor normal_reflectance(const ConductorMaterial& metal) {
 
 static_assert(kNoTexture == TextureSet::kNone);
 
-MaterialTable::MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance,
-                             bool vertex_colors)
+MaterialTable::MaterialTable(const Scene& scene, const MaterialRows& rows, TextureSet textures,
+                             const std::vector<Vec3>& radiance, bool vertex_colors)
     : textures_(std::move(textures)), vertex_colors_(vertex_colors) {
   const std::vector<std::string> groups = light_groups_of(scene);
-  std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> rows{};  // of each kind so far
-  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    const Material& material = scene.materials[i];
-    add(material, radiance[i]);
-    row_.push_back(rows[material.kind.index()]++);
+  std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> of_kind{};  // so far
+  for (std::size_t i = 0; i < rows.materials.size(); ++i) {
+    const Material& material = rows.materials[i];
+    add(material, rows.parts[i], radiance[rows.owners[i]]);
+    row_.push_back(of_kind[material.kind.index()]++);
     light_group_.push_back(number_of_group(groups, material.light_group));
   }
-  std::set<MaterialKind> used;
-  for (const Object& object : scene.objects) {
-    used.insert(static_cast<MaterialKind>(kind_[object.material]));
+  std::vector<std::uint32_t> mixed(scene.materials.size());
+  for (std::size_t i = scene.materials.size(); i < rows.materials.size(); ++i) {
+    const auto kind = static_cast<MaterialKind>(kind_[i]);
+    if (kind != MaterialKind::mixture) {
+      const bool delta =
+          kind == MaterialKind::mirror || kind == MaterialKind::dielectric || kind == MaterialKind::conductor;
+      mixed[rows.owners[i]] |= kMixed | (delta ? 0 : kHasDensity) | (caster_[i] == 0 ? kHasReceiver : 0);
+    }
   }
+  for (const std::uint32_t owner : rows.owners) {
+    mixed_.push_back(mixed[owner]);
+  }
+  std::vector<bool> in_use(scene.materials.size());
+  for (const Object& object : scene.objects) {
+    in_use[object.material] = true;
+  }
+  std::set<MaterialKind> used;
+  for (std::size_t i = 0; i < rows.materials.size(); ++i) {
+    if (const auto kind = static_cast<MaterialKind>(kind_[i]); in_use[rows.owners[i]]) {
+      has_mixtures_ |= kind == MaterialKind::mixture;
+      used.insert(kind);
+    }
+  }
+  used.erase(MaterialKind::mixture);
   kinds_.assign(used.begin(), used.end());
   if (kinds_.size() == 1) {
     only_kind_ = kinds_.front();
@@ -65,7 +85,7 @@ void MaterialTable::OpacityColumn::add(const Opacity& opacity, bool vertex_color
   map.add(opacity.map);
 }
 
-void MaterialTable::add(const Material& material, const Vec3& radiance) {
+void MaterialTable::add(const Material& material, const std::array<std::uint32_t, 2>& parts, const Vec3& radiance) {
   struct Entry {
     MaterialKind kind;
     bool tinted;  ///< colours of vertices multiply the reflectance
@@ -75,6 +95,7 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
     return alpha_of(roughness) < ggx::kSmoothAlpha && material.roughness_map.texture == kNoTexture &&
            !is_anisotropic(material);
   };
+  ScalarMap factor_map;
   const auto push = [](Column<float>& column, double value) { column.push_back(static_cast<float>(value)); };
   const auto [kind, tinted, reflectance, specular, sheen] = std::visit(
       Overloaded{[&](const DiffuseMaterial& m) -> Entry {
@@ -116,6 +137,13 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
                    push(principled_.sheen_roughness, m.sheen_roughness);
                    has_sheen_ |= !is_black(m.sheen_color);
                    return {MaterialKind::principled, true, m.base_color, {}, m.sheen_color};
+                 },
+                 [&](const MixtureMaterial& m) -> Entry {
+                   push(mixture_.factor, m.factor);
+                   mixture_.first.push_back(parts[0]);
+                   mixture_.second.push_back(parts[1]);
+                   factor_map = m.map;
+                   return {MaterialKind::mixture, false, {0, 0, 0}};
                  }},
       material.kind);
   kind_.push_back(static_cast<std::uint32_t>(kind));
@@ -131,11 +159,30 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
   single_scattering_.push_back(material.single_scattering ? 1 : 0);
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
+  factor_map_.add(factor_map);
   opacity_.add(material.opacity, vertex_colors_);
   tinted_.push_back(tinted ? 1 : 0);
   emission_.add({{radiance.x, radiance.y, radiance.z}, material.emission.texture});
   emission_exponent_.push_back(static_cast<float>(material.emission_exponent));
   has_emission_profiles_ |= material.emission_exponent != 0;
+}
+
+U8 MaterialTable::drawn(Surface8 surface, M8 lanes, F8 number) const {
+  for (M8 mixed = is_kind(surface.material, MaterialKind::mixture, lanes); mixed.any();
+       mixed = is_kind(surface.material, MaterialKind::mixture, mixed)) {
+    const U8 row = row_of(surface, mixed);
+    F8 factor = mixture_.factor.at(row, mixed);
+    if (factor_map_.mapped) {
+      factor = factor * map_at(factor_map_, surface, mixed);
+    }
+    const M8 second = number < factor;
+    // What is left of the number decides in a part that is a mixture.
+    const F8 left = select(second, number / factor, (number - factor) / (F8(1.0f) - factor));
+    number = select(mixed, min(left, F8(0x1.fffffep-1f)), number);
+    surface.material =
+        select(mixed, select(second, mixture_.second.at(row, mixed), mixture_.first.at(row, mixed)), surface.material);
+  }
+  return surface.material;
 }
 
 V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const {

@@ -15,6 +15,7 @@
 #include "common/math/exp_log.h"
 #include "common/math/vec.h"
 #include "common/scene/compiled/geometry_table.h"
+#include "common/scene/compiled/material_rows.h"
 #include "common/scene/document.h"
 
 namespace lightmill {
@@ -30,19 +31,35 @@ enum class MaterialKind : std::uint32_t {
   principled,
   holdout,
   rough_diffuse,
+  mixture,  ///< never of a surface: MaterialTable::drawn replaces it by a part
 };
 
 class MaterialTable {
  public:
   MaterialTable() = default;
-  /// `radiance`: one per material, emitted along the normal. It is multiplied by its texture. `vertex_colors`: surfaces
-  /// have colours of their vertices.
-  MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance, bool vertex_colors = false);
+  /// `rows`: of the scene. `radiance`: one per material, emitted along the normal. It is multiplied by its texture.
+  /// `vertex_colors`: surfaces have colours of their vertices.
+  MaterialTable(const Scene& scene, const MaterialRows& rows, TextureSet textures, const std::vector<Vec3>& radiance,
+                bool vertex_colors = false);
 
   /// The kinds of the objects' materials, ascending.
   const std::vector<MaterialKind>& kinds() const { return kinds_; }
   /// The only kind, if there is just one.
   std::optional<MaterialKind> only_kind() const { return only_kind_; }
+
+  bool has_mixtures() const { return has_mixtures_; }
+  /// The material of each surface. A mixture is replaced by the part that the number in [0, 1) draws.
+  U8 drawn(Surface8 surface, M8 lanes, F8 number) const;
+
+  /// Lanes whose material is a part of a mixture. Some part has a density, or is no caster.
+  struct Mixed8 {
+    M8 lanes, has_density, has_receiver;
+  };
+  Mixed8 mixed(U8 material, M8 lanes) const {
+    const U8 of = mixed_.at(material, lanes);
+    const auto bit = [&](std::uint32_t mask) { return and_not(lanes, (of & U8(mask)) == U8(0u)); };
+    return {bit(kMixed), bit(kHasDensity), bit(kHasReceiver)};
+  }
 
   bool uses(MaterialKind kind) const { return std::ranges::find(kinds_, kind) != kinds_.end(); }
 
@@ -175,7 +192,7 @@ class MaterialTable {
     return single_scattering_.at(surface.material, lanes) == U8(0u);
   }
   U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
-  void add(const Material& material, const Vec3& radiance);
+  void add(const Material& material, const std::array<std::uint32_t, 2>& parts, const Vec3& radiance);
 
   TextureSet textures_;
   std::vector<MaterialKind> kinds_;
@@ -185,17 +202,23 @@ class MaterialTable {
   Column<std::uint32_t> row_;     ///< of the material in its kind's columns
   Column<std::uint32_t> caster_;  ///< 0 or 1
   Column<std::uint32_t> tinted_;  ///< 1: the kind has a reflectance, which colours of vertices multiply
-  Column<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
+  static constexpr std::uint32_t kMixed = 1, kHasDensity = 2, kHasReceiver = 4;
+  Column<std::uint32_t> mixed_;  ///< of parts of mixtures: these bits
+  Column<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_, sheen_;
-  MapColumn roughness_map_, metallic_map_;
+  MapColumn roughness_map_, metallic_map_, factor_map_;
   OpacityColumn opacity_;
-  bool has_specular_ = false;
+  bool has_specular_ = false, has_mixtures_ = false;
   bool vertex_colors_ = false;
   Column<float> ior_, emission_exponent_, anisotropy_;
   Column<std::uint32_t> light_group_;
   Column<std::uint32_t> single_scattering_;  ///< 0 or 1
   bool has_emission_profiles_ = false;       ///< an exponent is not 0
   // Fields of a kind other than colours and an index. One row per material of the kind (row_).
+  struct {
+    Column<float> factor;
+    Column<std::uint32_t> first, second;  ///< rows of the parts
+  } mixture_;
   struct {
     Column<float> roughness;
   } diffuse_;

@@ -5,8 +5,8 @@
 
 namespace lightmill {
 
-NormalMaps::NormalMaps(const Scene& scene, double length_scale) {
-  for (const Material& material : scene.materials) {
+NormalMaps::NormalMaps(const Scene& scene, const MaterialRows& rows, double length_scale) {
+  for (const Material& material : rows.materials) {
     const NormalMap& normal = material.normal_map;
     const BumpMap& bump = material.bump_map;
     // The right side of an image is where its own first coordinate grows. This is against u if the image is scaled by a

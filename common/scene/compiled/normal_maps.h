@@ -4,7 +4,7 @@
 #include "common/materials/texture.h"
 #include "common/math/column.h"
 #include "common/scene/compiled/geometry_table.h"
-#include "common/scene/document.h"
+#include "common/scene/compiled/material_rows.h"
 
 namespace lightmill {
 
@@ -21,7 +21,7 @@ class NormalMaps {
  public:
   NormalMaps() = default;
   /// `length_scale`: of the frame over scene units.
-  NormalMaps(const Scene& scene, double length_scale);
+  NormalMaps(const Scene& scene, const MaterialRows& rows, double length_scale);
 
   /// Sets the shading normals of `surface.mapped`. They stay on the side of the geometric normal, at an angle of at
   /// most acos(kMinCosine).

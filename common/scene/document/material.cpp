@@ -17,9 +17,22 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                         [&](const PrincipledMaterial& m) {
                           out.insert(out.end(), {&m.base_color, &m.sheen_color});
                         },
+                        [&](const MixtureMaterial& m) {
+                          for (const Material* part : {m.first.get(), m.second.get()}) {
+                            const std::vector<const TexturedColor*> colors = colors_of(*part);
+                            out.insert(out.end(), colors.begin(), colors.end());
+                          }
+                        },
                         [](const OneOf<DielectricMaterial, ConductorMaterial, HoldoutMaterial> auto&) {}},
              material.kind);
   return out;
+}
+
+bool has_maps(const Material& material) {
+  if (const auto* mixture = std::get_if<MixtureMaterial>(&material.kind)) {
+    return mixture->map.texture != kNoTexture || has_maps(*mixture->first) || has_maps(*mixture->second);
+  }
+  return material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture;
 }
 
 std::optional<double> uniform_opacity(const Opacity& opacity) {
@@ -33,37 +46,29 @@ std::optional<double> uniform_opacity(const Opacity& opacity) {
 }
 
 bool is_boundary(const Material& material) {
-  return std::visit(
-      Overloaded{
-          [](const DielectricMaterial&) { return true; },
-          [&](const PrincipledMaterial& m) {
-            return m.transmission > 0 && (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
-          },
-          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
-            return false;
-          }},
-      material.kind);
+  return std::visit(Overloaded{[](const DielectricMaterial&) { return true; },
+                               [&](const PrincipledMaterial& m) {
+                                 return m.transmission > 0 &&
+                                        (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
+                               },
+                               [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
+                                              HoldoutMaterial, MixtureMaterial> auto&) { return false; }},
+                    material.kind);
 }
 
 double ior_of(const Material& material) {
-  return std::visit(
-      Overloaded{
-          [](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
-          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
-            return 1.0;
-          }},
-      material.kind);
+  return std::visit(Overloaded{[](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
+                               [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
+                                              HoldoutMaterial, MixtureMaterial> auto&) { return 1.0; }},
+                    material.kind);
 }
 
 const Anisotropy* anisotropy_of(const Material& material) {
   using None = const Anisotropy*;
-  return std::visit(
-      Overloaded{
-          [](const OneOf<ConductorMaterial, PrincipledMaterial> auto& m) { return &m.anisotropy; },
-          [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial> auto&) {
-            return None(nullptr);
-          }},
-      material.kind);
+  return std::visit(Overloaded{[](const OneOf<ConductorMaterial, PrincipledMaterial> auto& m) { return &m.anisotropy; },
+                               [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial,
+                                              HoldoutMaterial, MixtureMaterial> auto&) { return None(nullptr); }},
+                    material.kind);
 }
 
 double mean_roughness(double roughness, const Anisotropy& anisotropy) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -72,6 +73,7 @@ struct Opacity {
   double value = 1;     ///< in [0, 1]
   ScalarMap map = {};   ///< multiplies the value
   double cutoff = 0.5;  ///< in [0, 1]
+  friend bool operator==(const Opacity&, const Opacity&) = default;
 };
 /// The opacity. Nothing if it varies over the surface.
 std::optional<double> uniform_opacity(const Opacity& opacity);
@@ -138,6 +140,16 @@ struct PrincipledMaterial {
 /// A surface that shows the environment behind it, darkened by the scene's shadows.
 struct HoldoutMaterial {};
 
+struct Material;
+/// A mixture of two materials, which may be mixtures. At each point of a path one of them is drawn: `second` with the
+/// probability of the factor. They have no emission, opacity, normal map, name or inside of their own.
+struct MixtureMaterial {
+  std::shared_ptr<const Material> first, second;
+  double factor = 0.5;  ///< in [0, 1]
+  ScalarMap map = {};   ///< multiplies the factor
+};
+inline constexpr std::size_t kMaxMixtureParts = 16;  ///< that are no mixtures
+
 /// The medium in a closed shape.
 struct Medium {
   RgbColor absorption;       ///< σ per scene unit, each in [0, kMaxAbsorption]: Bouguer's law exp(−σ · length)
@@ -155,7 +167,7 @@ enum class EmissionUnit {
 struct Material {
   std::string name;
   std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, ConductorMaterial,
-               PrincipledMaterial, HoldoutMaterial>
+               PrincipledMaterial, HoldoutMaterial, MixtureMaterial>
       kind;
   TexturedColor emission;           ///< zero if the material does not emit
   bool two_sided_emission = false;  ///< if false, only on the side of the geometric normal
@@ -172,6 +184,26 @@ struct Material {
   bool single_scattering = false;  ///< rough surfaces lose the light that meets several facets
 };
 
+/// Calls `visit` with the parts of a mixture that are no mixtures, or with the material itself.
+template <class Visit>
+void for_each_part(const Material& material, const Visit& visit) {
+  if (const auto* mixture = std::get_if<MixtureMaterial>(&material.kind)) {
+    for_each_part(*mixture->first, visit);
+    for_each_part(*mixture->second, visit);
+  } else {
+    visit(material);
+  }
+}
+/// Whether `is` holds for some part.
+template <class Is>
+bool any_part(const Material& material, const Is& is) {
+  bool found = false;
+  for_each_part(material, [&](const Material& part) { found = found || is(part); });
+  return found;
+}
+
+/// Whether textures change the roughness or metallicity of some part, or the factor of a mixture.
+bool has_maps(const Material& material);
 /// Whether the material has a normal map or a bump map.
 inline bool has_mapped_normals(const Material& material) {
   return material.normal_map.texture != kNoTexture || material.bump_map.map.texture != kNoTexture;
@@ -179,16 +211,18 @@ inline bool has_mapped_normals(const Material& material) {
 
 /// Null for kinds without one.
 const Anisotropy* anisotropy_of(const Material& material);
-/// Whether the facets depend on the direction of u.
+/// Whether the facets depend on the direction of u, in some part.
 inline bool is_anisotropic(const Material& material) {
-  const Anisotropy* anisotropy = anisotropy_of(material);
-  return anisotropy != nullptr && anisotropy->strength > 0;
+  return any_part(material, [](const Material& part) {
+    const Anisotropy* anisotropy = anisotropy_of(part);
+    return anisotropy != nullptr && anisotropy->strength > 0;
+  });
 }
 /// Roughness (√alpha) of the isotropic surface whose distribution of facets has the same peak: alpha is the geometric
 /// mean of those along both directions.
 double mean_roughness(double roughness, const Anisotropy& anisotropy);
 
-/// The material's colours that may have a texture: those of its kind, and its emission.
+/// The material's colours that may have a texture: those of its kind or its parts, and its emission.
 std::vector<const TexturedColor*> colors_of(const Material& material);
 
 /// Whether light passes into the shape: a dielectric, or a principled material that transmits.

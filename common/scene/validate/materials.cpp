@@ -113,7 +113,27 @@ Status check_opacity(const std::string& path, const Material& material) {
   return check_range(path + ".opacity.cutoff", material.opacity.cutoff, 0, 1);
 }
 
-Status check_kind(const std::string& path, const Material& material) {
+Status check_surface(const std::string& path, const Material& material);
+
+/// A part of a mixture, which may be one.
+Status check_part(const std::string& path, const Material& part) {
+  if (is_boundary(part)) {
+    return invalid_argument("{}: light enters this material, so it cannot be part of a mixture", path);
+  }
+  if (std::holds_alternative<HoldoutMaterial>(part.kind)) {
+    return invalid_argument("{}: a holdout cannot be part of a mixture", path);
+  }
+  return check_surface(path, part);
+}
+
+Status check_mixture(const std::string& path, const MixtureMaterial& m) {
+  LM_RETURN_IF_ERROR(check_range(path + ".factor", m.factor, 0, 1));
+  LM_RETURN_IF_ERROR(check_part(path + ".first", *m.first));
+  return check_part(path + ".second", *m.second);
+}
+
+/// The fields that parts of mixtures have.
+Status check_surface(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(std::visit(
       Overloaded{
           [&](const DiffuseMaterial& m) {
@@ -132,9 +152,20 @@ Status check_kind(const std::string& path, const Material& material) {
             return material.emission == TexturedColor{}
                        ? ok_status()
                        : invalid_argument("{}.emission: a holdout cannot emit light", path);
-          }},
+          },
+          [&](const MixtureMaterial& m) { return check_mixture(path + ".mixture", m); }},
       material.kind));
-  LM_RETURN_IF_ERROR(check_maps(path, material));
+  return check_maps(path, material);
+}
+
+Status check_kind(const std::string& path, const Material& material) {
+  if (std::size_t parts = 0; std::holds_alternative<MixtureMaterial>(material.kind)) {
+    for_each_part(material, [&](const Material&) { ++parts; });
+    if (parts > kMaxMixtureParts) {
+      return invalid_argument("{}.mixture: at most {} parts are possible, got {}", path, kMaxMixtureParts, parts);
+    }
+  }
+  LM_RETURN_IF_ERROR(check_surface(path, material));
   LM_RETURN_IF_ERROR(check_opacity(path, material));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.absorption", material.interior.absorption, kMaxAbsorption));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.scattering", material.interior.scattering, kMaxAbsorption));

@@ -20,9 +20,8 @@ namespace {
 
 bool uses_texture(const Material& material) {
   const auto textured = [](const TexturedColor* color) { return color->texture != kNoTexture; };
-  return std::ranges::any_of(colors_of(material), textured) || material.opacity.map.texture != kNoTexture ||
-         material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture ||
-         has_mapped_normals(material) || is_anisotropic(material);
+  return std::ranges::any_of(colors_of(material), textured) || has_maps(material) ||
+         material.opacity.map.texture != kNoTexture || has_mapped_normals(material) || is_anisotropic(material);
 }
 
 /// Converter of a scene's objects.

@@ -5,6 +5,7 @@
 
 #include "common/materials/metals.h"
 #include "common/scene_io/coat.h"
+#include "common/scene_io/mixing.h"
 #include "common/scene_io/rough_axes.h"
 
 namespace lightmill {
@@ -19,12 +20,6 @@ constexpr double kBeckmannToGgx = 0.8325546;
 
 bool has_beckmann_facets(const MitsubaObject& from) {
   return from.text("distribution", "beckmann") == "beckmann";
-}
-
-bool is_plain_diffuse(const Material& material) {
-  const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind);
-  return diffuse != nullptr && diffuse->reflectance.texture == kNoTexture && !has_mapped_normals(material) &&
-         material.opacity.mode == Opacity::Mode::opaque;
 }
 
 }  // namespace
@@ -92,25 +87,20 @@ Result<MitsubaSurface> MitsubaMaterials::masked(const MitsubaObject& from) {
 Result<MitsubaSurface> MitsubaMaterials::blended(const MitsubaObject& from) {
   const std::vector<const MitsubaObject*> all = from.nested("bsdf");
   const TexturedColor weight = textures_.number(from, "weight", 0.5, 0, 1);
-  if (all.size() != 2 || weight.texture != kNoTexture) {
-    return from.place.error("{}: two nested bsdfs and a constant weight can be rendered", from.what());
+  if (all.size() != 2) {
+    return from.place.error("{}: two nested bsdfs are expected, got {}", from.what(), all.size());
   }
   const float t = weight.rgb.r;
   LM_ASSIGN_OR_RETURN(MitsubaSurface a, convert(*all[0]));
   LM_ASSIGN_OR_RETURN(MitsubaSurface b, convert(*all[1]));
-  if (t == 0 || t == 1) {
+  if (t == 0 || (t == 1 && weight.texture == kNoTexture)) {
     return t == 0 ? a : b;
   }
-  if (!is_plain_diffuse(a.material) || !is_plain_diffuse(b.material)) {
-    return from.place.error("{}: only two diffuse bsdfs without textures can be rendered", from.what());
+  Result<Material> material = mixed(a.material, b.material, t, {weight.texture}, notices_);
+  if (!material.ok()) {
+    return from.place.error("{}: {}", from.what(), message_of(material.status()));
   }
-  const RgbColor &x = std::get<DiffuseMaterial>(a.material.kind).reflectance.rgb,
-                 &y = std::get<DiffuseMaterial>(b.material.kind).reflectance.rgb;
-  const auto mix = [&](float p, float q) { return p * (1 - t) + q * t; };
-  MitsubaSurface out;
-  out.material.kind = DiffuseMaterial{{mix(x.r, y.r), mix(x.g, y.g), mix(x.b, y.b)}};
-  out.one_sided = a.one_sided || b.one_sided;
-  return out;
+  return MitsubaSurface{*std::move(material), false, a.one_sided || b.one_sided};
 }
 
 Result<MitsubaSurface> MitsubaMaterials::normal_mapped(const MitsubaObject& from) {

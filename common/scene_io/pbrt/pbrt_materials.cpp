@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "common/scene_io/coat.h"
+#include "common/scene_io/mixing.h"
 #include "common/scene_io/rough_axes.h"
 
 namespace lightmill {
@@ -91,38 +92,28 @@ Result<Material> PbrtMaterials::mixed(const Definition& definition) {
   const PbrtParameters& from = definition.from;
   const std::vector<std::string> names = from.strings("materials");
   const PbrtValue amount = textures_.number(from, "amount", 0.5);
-  if (names.size() != 2 || amount.varies()) {
-    return from.place().error("a mixture needs two materials and a constant amount");
+  if (names.size() != 2) {
+    return from.place().error("a mixture needs two materials, got {}", names.size());
   }
   if (mixing_ == kMaxMixtures) {
     return from.place().error("mixtures are nested more than {} deep", kMaxMixtures);
   }
   const float t = std::clamp(amount.color.r, 0.0f, 1.0f);
+  const bool textured = amount.varies() && t > 0;
   std::array<Material, 2> parts;
   ++mixing_;
   for (std::size_t i = 0; i < 2; ++i) {
     LM_ASSIGN_OR_RETURN(const std::size_t number, named(names[i], from.place()));
-    if ((i == 0 && t < 1) || (i == 1 && t > 0)) {
+    if (textured || (i == 0 ? t < 1 : t > 0)) {
       LM_ASSIGN_OR_RETURN(parts[i], convert(number));
     }
   }
   --mixing_;
-  if (t == 0 || t == 1) {
+  if (!textured && (t == 0 || t == 1)) {
     return parts[t == 0 ? 0 : 1];
   }
-  const auto* a = std::get_if<DiffuseMaterial>(&parts[0].kind);
-  const auto* b = std::get_if<DiffuseMaterial>(&parts[1].kind);
-  const bool plain = a != nullptr && b != nullptr && a->reflectance.texture == kNoTexture &&
-                     b->reflectance.texture == kNoTexture && !has_mapped_normals(parts[0]) &&
-                     !has_mapped_normals(parts[1]);
-  if (!plain) {
-    return from.place().error("only two diffuse materials without textures can be mixed");
-  }
-  const auto mix = [&](float x, float y) { return x * (1 - t) + y * t; };
-  const RgbColor &x = a->reflectance.rgb, &y = b->reflectance.rgb;
-  Material out;
-  out.kind = DiffuseMaterial{{mix(x.r, y.r), mix(x.g, y.g), mix(x.b, y.b)}};
-  return out;
+  const Result<Material> out = lightmill::mixed(parts[0], parts[1], t, {amount.texture}, notices_);
+  return out.ok() ? out : from.place().error("{}", message_of(out.status()));
 }
 
 void PbrtMaterials::set_kind(const std::string& type, const PbrtParameters& from, Material& out) {

@@ -23,7 +23,7 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       scene.materials.emplace_back().kind = PrincipledMaterial{
           {x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32, i % 2 == 1, {x / 64, 45}, {0, x, 0}, x / 128};
     }
-    const MaterialTable table(scene, {}, std::vector<Vec3>(scene.materials.size()));
+    const MaterialTable table(scene, material_rows(scene), {}, std::vector<Vec3>(scene.materials.size()));
     for (std::uint32_t i = 0; i < of_each_kind; ++i) {
       SCOPED_TRACE(fmt::format("{} of {}", i, of_each_kind));
       const float x = number(i);

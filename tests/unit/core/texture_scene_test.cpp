@@ -136,6 +136,15 @@ TEST(TextureScene, DataAreNotDecoded) {
   expect_pixel(image, 6, 6, {188 / 255.0, 188 / 255.0, 188 / 255.0});
 }
 
+TEST(TextureScene, FactorMapsMixMaterials) {
+  const HalfImages image = preview(document(kNearest, R"({"name": "picture", "mixture": {
+      "first": {"diffuse": {"reflectance": {"rgb": [1, 0.5, 0.25]}}}, "second": {"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}},
+      "factor": 1, "factor_map": {"texture": "t", "channel": "G"}}})"));
+  expect_pixel(image, 1, 1, {1, 0.5, 0.25});
+  expect_pixel(image, 6, 1, {0, 0, 0});
+  expect_pixel(image, 1, 6, {1, 0.5, 0.25});
+}
+
 TEST(TextureScene, EmissionTakesTextures) {
   const std::string text = document(
       kNearest,

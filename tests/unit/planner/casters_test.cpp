@@ -96,5 +96,26 @@ TEST(NarrowLobes, AreTheSharpPartOfAMaterial) {
   EXPECT_FALSE(receives_light(material("holdout", HoldoutMaterial{})));
 }
 
+TEST(Casters, AMixtureIsOneIfAPartIsOne) {
+  const auto mixed = [](const Material& first, const Material& second, double factor) {
+    const auto part = [](const Material& m) { return std::make_shared<const Material>(m); };
+    return material("mixture", MixtureMaterial{part(first), part(second), factor});
+  };
+  EXPECT_TRUE(is_caster(mixed(kWhite, kMirror, 0.25)));
+  EXPECT_FALSE(is_caster(mixed(kWhite, metal(0.9), 0.25)));
+  EXPECT_EQ(narrow_lobes(mixed(kWhite, kMirror, 0.25)), NarrowLobes::some);
+  EXPECT_EQ(narrow_lobes(mixed(metal(0), kMirror, 0.25)), NarrowLobes::all);
+  EXPECT_TRUE(receives_light(mixed(kMirror, kWhite, 0.25)));
+  EXPECT_FALSE(receives_light(mixed(kMirror, metal(0), 0.25)));
+  const std::vector<CasterLobe> one = caster_lobes(mixed(kWhite, mixed(kMirror, kWhite, 0.5), 0.25));
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(one[0].share, 1);
+  const std::vector<CasterLobe> two = caster_lobes(mixed(kMirror, metal(0.2), 0.25));
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_EQ(two[0].share, 0.75);
+  EXPECT_EQ(two[1].share, 0.25);
+  EXPECT_GT(two[1].alpha, 0);
+}
+
 }  // namespace
 }  // namespace lightmill

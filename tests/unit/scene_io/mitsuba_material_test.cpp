@@ -198,6 +198,24 @@ TEST(MitsubaMaterials, WrappersChangeTheirNestedMaterial) {
   EXPECT_EQ(bumped.bump_map.map.texture, 0u);
 }
 
+TEST(MitsubaMaterials, BlendsAreMixtures) {
+  const std::string diffuse = R"(<bsdf type="diffuse"><rgb name="reflectance" value="1, 0, 0"/></bsdf>)",
+                    metal = R"(<bsdf type="roughconductor"><float name="alpha" value="0.25"/></bsdf>)",
+                    image = R"(<texture type="bitmap" name="weight"><string name="filename" value="a.png"/></texture>)";
+  const LoadedScene loaded = with_bsdf("<bsdf type=\"blendbsdf\">" + image + diffuse + metal + "</bsdf>");
+  EXPECT_TRUE(loaded.faults.empty());
+  const auto& mixture = std::get<MixtureMaterial>(loaded.scene.materials.at(0).kind);
+  EXPECT_EQ(mixture.factor, 1);
+  EXPECT_EQ(mixture.map.texture, 0u);
+  EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(mixture.first->kind));
+  EXPECT_TRUE(std::holds_alternative<ConductorMaterial>(mixture.second->kind));
+  EXPECT_TRUE(mixture.second->single_scattering);
+  const Material gauze = mitsuba_material("<bsdf type=\"blendbsdf\"><bsdf type=\"null\"/>" + metal +
+                                          R"(<float name="weight" value="0.25"/></bsdf>)");
+  EXPECT_TRUE(std::holds_alternative<ConductorMaterial>(gauze.kind));
+  EXPECT_EQ(gauze.opacity.value, 0.25);
+}
+
 TEST(MitsubaMaterials, UnsupportedMaterialsAreErrors) {
   const auto error_of = [](const std::string& bsdf) {
     return mitsuba_error("<shape type=\"sphere\">\n" + bsdf + "</shape>");
@@ -206,8 +224,10 @@ TEST(MitsubaMaterials, UnsupportedMaterialsAreErrors) {
   EXPECT_EQ(error_of("<bsdf type=\"twosided\"/>"), "a.xml:3: bsdf twosided: one nested bsdf can be rendered, got 0");
   EXPECT_EQ(error_of("<bsdf type=\"mask\">\n<bsdf type=\"dielectric\"/></bsdf>"),
             "a.xml:3: bsdf mask: a mask of glass, of null or of another mask cannot be rendered");
-  EXPECT_EQ(error_of("<bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/><bsdf type=\"plastic\"/></bsdf>"),
-            "a.xml:3: bsdf blendbsdf: only two diffuse bsdfs without textures can be rendered");
+  EXPECT_EQ(error_of("<bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/></bsdf>"),
+            "a.xml:3: bsdf blendbsdf: two nested bsdfs are expected, got 1");
+  EXPECT_EQ(error_of("<bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/><bsdf type=\"dielectric\"/></bsdf>"),
+            "a.xml:3: bsdf blendbsdf: light enters the material \"dielectric of line 3\", so it cannot be mixed");
   EXPECT_EQ(error_of("<bsdf type=\"dielectric\">\n<rgb name=\"specular_transmittance\" value=\"1, 0.5, 1\"/></bsdf>"),
             "a.xml:4: bsdf dielectric: rgb specular_transmittance: only 1 can be rendered");
   EXPECT_EQ(error_of("<bsdf type=\"conductor\">\n<string name=\"material\" value=\"Xx\"/></bsdf>"),

@@ -87,6 +87,42 @@ TEST(PbrtMaterials, CoatedConductorIsCoatedMetal) {
   EXPECT_NEAR(kind.base_color.rgb.r, 0.5, 1e-6);  // n/1.5 = 1 and k/1.5 = 2 give 4/(4 + 4)
 }
 
+TEST(PbrtMaterials, MixturesHaveTheirMaterialsAsParts) {
+  const std::string named = R"(MakeNamedMaterial "a" "string type" "diffuse" "rgb reflectance" [0.5 0.5 0.5]
+MakeNamedMaterial "b" "string type" "conductor" "float roughness" 0.25
+MakeNamedMaterial "ab" "string type" "mix" "string materials" ["a" "b"] "float amount" 0.25
+MakeNamedMaterial "glass" "string type" "dielectric"
+MakeNamedMaterial "none" "string type" "interface"
+Texture "dirt" "float" "imagemap" "string filename" "a.png" "float scale" 0.5
+)";
+  const Material outer =
+      pbrt_material(named + R"(Material "mix" "string materials" ["b" "ab"] "texture amount" "dirt")");
+  const auto& mixture = std::get<MixtureMaterial>(outer.kind);
+  EXPECT_EQ(mixture.factor, 0.5);
+  EXPECT_EQ(mixture.map.texture, 0u);
+  EXPECT_TRUE(std::holds_alternative<ConductorMaterial>(mixture.first->kind));
+  EXPECT_TRUE(mixture.first->single_scattering);
+  const auto& inner = std::get<MixtureMaterial>(mixture.second->kind);
+  EXPECT_EQ(inner.factor, 0.25);
+  EXPECT_EQ(inner.map.texture, kNoTexture);
+  EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(inner.first->kind));
+  EXPECT_EQ(pbrt_error(named + R"(Material "mix" "string materials" ["a" "glass"] Shape "sphere")"),
+            "a.pbrt:9: light enters the material \"glass\", so it cannot be mixed");
+  const Material gauze = pbrt_material(named + R"(Material "mix" "string materials" ["b" "none"] "float amount" 0.25)");
+  EXPECT_TRUE(std::holds_alternative<ConductorMaterial>(gauze.kind));
+  EXPECT_EQ(gauze.opacity.mode, Opacity::Mode::blend);
+  EXPECT_EQ(gauze.opacity.value, 0.75);
+  std::string doubled = named;
+  for (int i = 1; i <= 5; ++i) {
+    doubled += fmt::format(R"(MakeNamedMaterial "m{}" "string type" "mix" "string materials" ["{}" "{}"])", i,
+                           i == 1 ? "b" : fmt::format("m{}", i - 1), i == 1 ? "a" : fmt::format("m{}", i - 1));
+    doubled += '\n';
+  }
+  EXPECT_TRUE(std::holds_alternative<MixtureMaterial>(pbrt_material(doubled + R"(NamedMaterial "m4")").kind));
+  EXPECT_EQ(pbrt_error(doubled + R"(NamedMaterial "m5" Shape "sphere")"),
+            "a.pbrt:13: at most 16 materials can be mixed, got 32");
+}
+
 TEST(PbrtMaterials, MixturesOfDiffuseOnesAreMeans) {
   const std::string two = R"(MakeNamedMaterial "a" "string type" "diffuse" "rgb reflectance" [0 0 0]
 MakeNamedMaterial "b" "string type" "diffuse" "rgb reflectance" [0.8 0.4 0]
@@ -96,8 +132,8 @@ MakeNamedMaterial "c" "string type" "conductor"
   EXPECT_EQ(std::get<DiffuseMaterial>(mixed.kind).reflectance.rgb, (RgbColor{0.2f, 0.1f, 0}));
   EXPECT_TRUE(std::holds_alternative<ConductorMaterial>(
       pbrt_material(two + R"(Material "mix" "string materials" ["a" "c"] "float amount" 1)").kind));
-  EXPECT_EQ(pbrt_error(two + R"(Material "mix" "string materials" ["a" "c"] Shape "sphere")"),
-            "a.pbrt:6: only two diffuse materials without textures can be mixed");
+  EXPECT_EQ(pbrt_error(two + R"(Material "mix" "string materials" ["a" "a" "c"] Shape "sphere")"),
+            "a.pbrt:6: a mixture needs two materials, got 3");
   EXPECT_EQ(
       pbrt_error(
           R"(MakeNamedMaterial "m" "string type" "mix" "string materials" ["m" "m"] NamedMaterial "m" Shape "sphere")"),

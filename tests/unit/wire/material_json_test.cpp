@@ -252,6 +252,21 @@ TEST(MaterialJson, DiffuseMaterialsHaveARoughness) {
   }
 }
 
+TEST(MaterialJson, MixturesHaveTwoParts) {
+  const Material material = read(
+      R"("mixture": {"first": {"conductor": {"metal": "gold", "roughness": 0.4}, "single_scattering": true},
+          "second": {"mixture": {"first": {"diffuse": {"reflectance": {"rgb": [0.5, 0.4, 0.3]}}}, "second": {"mirror": {}}}},
+          "factor": 0.25})");
+  const auto& mixture = std::get<MixtureMaterial>(material.kind);
+  EXPECT_EQ(mixture.factor, 0.25);
+  EXPECT_TRUE(mixture.first->single_scattering);
+  EXPECT_EQ(std::get<ConductorMaterial>(mixture.first->kind).roughness, 0.4);
+  const auto& inner = std::get<MixtureMaterial>(mixture.second->kind);
+  EXPECT_EQ(inner.factor, 0.5);
+  EXPECT_EQ(std::get<DiffuseMaterial>(inner.first->kind).reflectance, (RgbColor{0.5f, 0.4f, 0.3f}));
+  EXPECT_TRUE(std::holds_alternative<MirrorMaterial>(inner.second->kind));
+}
+
 TEST(MaterialJson, RoughMaterialsCanScatterOnce) {
   for (const char* kind : {R"("conductor": {"metal": "gold"})", R"("dielectric": {})", R"("principled": {})",
                            R"("diffuse": {"reflectance": {"rgb": [1, 1, 1]}, "roughness": 1})"}) {

@@ -11,6 +11,7 @@ import {
   type Light,
   type Material,
   type Material_Medium,
+  type Material_Mixture,
   type Scene,
   type Vec3,
 } from '../wire/lightmill/v1/scene_pb';
@@ -194,12 +195,23 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .number('anisotropyRotationDegrees', 'Rotation of the anisotropy', 0, -1e4, 1e4, 1, true)
         .color('sheenColor', 'Sheen', kBlack)
         .share('sheenRoughness', 'Sheen roughness', 0.5).found;
+    case 'mixture':
+      return mixtureSlots(kind.value, (value) => put({case: 'mixture', value}));
     case 'holdout':
     case undefined:
       return [];
     default:
       return kind satisfies never;
   }
+}
+
+/** The share of the second part, and the slots of both parts. */
+function mixtureSlots(mixture: Material_Mixture, put: (mixture: Material_Mixture) => Scene): Slot[] {
+  const partSlots = (field: 'first' | 'second', name: string): Slot[] => {
+    const part = mixture[field];
+    return part ? kindSlots(part, (kind) => put({...mixture, [field]: {...part, kind}})).map((slot) => ({...slot, label: `${name}: ${slot.label}`})) : [];
+  };
+  return [...new Slots(mixture, put).share('factor', 'Share of the second part', 0.5).found, ...partSlots('first', 'First'), ...partSlots('second', 'Second')];
 }
 
 function interiorSlots(interior: Material_Medium, put: (interior: Material_Medium) => Scene): Slot[] {
