@@ -76,6 +76,33 @@ AtlasCase directed_floor(const std::string& kind, const std::string& name) {
           .level = 3};
 }
 
+std::string mixture(const std::string& first, const std::string& second, double factor) {
+  return fmt::format(R"("mixture": {{"first": {{{}}}, "second": {{{}}}, "factor": {}}})", first, second, factor);
+}
+
+std::vector<AtlasCase> mixture_cases() {
+  const std::string mirror = R"("mirror": {"reflectance": {"rgb": [0.9, 0.9, 0.9]}})",
+                    white = R"("diffuse": {"reflectance": {"rgb": [0.8, 0.8, 0.8]}})",
+                    black = R"("diffuse": {"reflectance": {"rgb": [0, 0, 0]}})";
+  AtlasCase image = LightOverMirror{
+      .name = "a point over a mirror that is half black, and a wall",
+      .mirror_material = mixture(mirror, black, 0.5),
+      .reflectance = [](double) {
+        return 0.45;
+      }}.made();
+  image.tolerance = 2e-3;
+  std::vector<AtlasCase> cases{std::move(image)};
+  cases.push_back(directed_floor(mixture(mirror, white, 0.5), "a floor that is half mirror and half white"));
+  cases.push_back(directed_floor(
+      mixture(R"("conductor": {"metal": "gold", "roughness": 0.15, "anisotropy": 0.8})",
+              mixture(white, R"("principled": {"roughness": 0.5, "coat": 0.5, "coat_roughness": 0.3})", 0.25), 0.5),
+      "a floor of brushed gold, varnish and white"));
+  for (AtlasCase& each : cases) {
+    each.subject = "mixtures";
+  }
+  return cases;
+}
+
 }  // namespace
 
 std::vector<AtlasCase> glass_cases() {
@@ -140,6 +167,7 @@ std::vector<AtlasCase> material_cases() {
       directed_floor(R"("principled": {"roughness": 0.5, "coat": 0.5, "coat_roughness": 0.3, "anisotropy": 0.7, )"
                      R"("sheen_color": {"rgb": [1, 1, 1]}, "sheen_roughness": 0.3})",
                      "a floor of varnished velvet"));
+  std::ranges::move(mixture_cases(), std::back_inserter(cases));
   return cases;
 }
 
