@@ -29,7 +29,7 @@ inline F8 relative_index(const CompiledScene& scene, const Surface8& surface, co
 
 /// Calls `visit(bsdf, lanes)` for surfaces of one kind, seen from `wo` in the local frame. BSDFs with a density follow
 /// common/materials/bsdf.h. Delta BSDFs have `sample(wo)` (smooth glass: `sample(wo, u)`) and no `eval`. Diffuse lanes
-/// that reflect nothing are omitted.
+/// that scatter nothing are omitted.
 template <class Visit>
 void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& surface, const Crossing8& crossing,
                 const V8& wo, M8 lanes, Visit&& visit) {
@@ -46,6 +46,14 @@ void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& s
     case MaterialKind::rough_diffuse: {
       const RoughDiffuse8 bsdf = materials.rough_diffuse(surface, lanes);
       lanes = lanes & (max_component(bsdf.reflectance) > F8(0.0f));
+      if (lanes.any()) {
+        visit(bsdf, lanes);
+      }
+      return;
+    }
+    case MaterialKind::diffuse_transmission: {
+      const DiffuseTransmission8 bsdf = materials.diffuse_transmission(surface, lanes);
+      lanes = lanes & (max_component(bsdf.reflectance + bsdf.transmittance) > F8(0.0f));
       if (lanes.any()) {
         visit(bsdf, lanes);
       }

@@ -34,7 +34,7 @@ Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& r
       const U8 medium = table.of_material(surface.material, active);
       const Crossing8 here = table.cross(out.media, medium, surface.front);
       const M8 boundary = and_not(active, medium == U8(0u));
-      out.crossing = {select(boundary, here.eta, out.crossing.eta), select(boundary, here.beyond, out.crossing.beyond),
+      out.crossing = {select(active, here.eta, out.crossing.eta), select(active, here.beyond, out.crossing.beyond),
                       M8()};
       const M8 unnoticed = and_not(boundary, here.real);
       if (scene.features().emissive_surfaces && unnoticed.any()) {

@@ -50,7 +50,9 @@ Lobes lobes_of(const PrincipledMaterial& m, const Material& material) {
 
 Lobes lobes_of(const Material& material) {
   Lobes lobes;
-  std::visit(Overloaded{[&](const DiffuseMaterial& m) { lobes.diffuse = !is_black(m.reflectance); },
+  std::visit(Overloaded{[&](const DiffuseMaterial& m) {
+                          lobes.diffuse = !is_black(m.reflectance) || !is_black(m.transmittance);
+                        },
                         [&](const MirrorMaterial& m) {
                           if (!is_black(m.reflectance)) {
                             lobes.add(0);

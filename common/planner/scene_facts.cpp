@@ -76,7 +76,10 @@ std::array<double, 3> with_sheen(const PrincipledMaterial& m, const std::array<d
 std::array<double, 3> albedo_of(const Material& material) {
   const auto of = [](const RgbColor& c) { return std::array<double, 3>{c.r, c.g, c.b}; };
   return std::visit(
-      Overloaded{[&](const DiffuseMaterial& m) { return of(m.reflectance.rgb); },
+      Overloaded{[&](const DiffuseMaterial& m) {
+                   const RgbColor &r = m.reflectance.rgb, &t = m.transmittance.rgb;
+                   return of({std::min(r.r + t.r, 1.0f), std::min(r.g + t.g, 1.0f), std::min(r.b + t.b, 1.0f)});
+                 },
                  [&](const MirrorMaterial& m) { return of(m.reflectance.rgb); },
                  [&](const DielectricMaterial&) {
                    return std::array<double, 3>{1, 1, 1};
@@ -111,6 +114,13 @@ bool has_sheen(const Material& material) {
   });
 }
 
+bool is_thin_sheet(const Material& material) {
+  return any_part(material, [](const Material& part) {
+    const auto* const diffuse = std::get_if<DiffuseMaterial>(&part.kind);
+    return diffuse != nullptr && !is_black(diffuse->transmittance);
+  });
+}
+
 bool loses_light_between_facets(const Material& material) {
   const auto is_rough = [](const auto& m) {
     if constexpr (requires { m.roughness; }) {
@@ -134,6 +144,8 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   facts.normal_maps = facts.normal_maps || has_mapped_normals(material);
   facts.anisotropy = facts.anisotropy || is_anisotropic(material);
   facts.sheen = facts.sheen || has_sheen(material);
+  facts.mixtures = facts.mixtures || std::holds_alternative<MixtureMaterial>(material.kind);
+  facts.thin_sheets = facts.thin_sheets || is_thin_sheet(material);
   facts.textures =
       facts.textures || textured || has_mapped_normals(material) || material.opacity.map.texture != kNoTexture;
   facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
@@ -393,6 +405,8 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
   add(facts.normal_maps, "normal maps");
   add(facts.anisotropy, "anisotropy");
   add(facts.sheen, "sheen");
+  add(facts.mixtures, "mixtures");
+  add(facts.thin_sheets, "sheets that transmit light");
   add(facts.holdouts, "holdouts");
   add(facts.lens, "lens");
   add(facts.meters > 0, "meters");

@@ -5,8 +5,10 @@ namespace {
 
 const DiffuseMaterial* plain_diffuse(const Material& material) {
   const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind);
-  return diffuse != nullptr && diffuse->reflectance.texture == kNoTexture && diffuse->roughness == 0 ? diffuse
-                                                                                                     : nullptr;
+  return diffuse != nullptr && diffuse->reflectance.texture == kNoTexture && diffuse->roughness == 0 &&
+                 is_black(diffuse->transmittance)
+             ? diffuse
+             : nullptr;
 }
 
 /// Whether light passes as if there were no surface.

@@ -16,6 +16,9 @@ using Textures = std::vector<TextureImage>;
 void to_wire_kind(const DiffuseMaterial& m, const Textures& textures, v1::Material* out) {
   to_wire_textured(m.reflectance, textures, out->mutable_diffuse()->mutable_reflectance());
   out->mutable_diffuse()->set_roughness(m.roughness);
+  if (m.transmittance != TexturedColor{}) {
+    to_wire_textured(m.transmittance, textures, out->mutable_diffuse()->mutable_transmittance());
+  }
 }
 void to_wire_kind(const MirrorMaterial& m, const Textures& textures, v1::Material* out) {
   to_wire_textured(m.reflectance, textures, out->mutable_mirror()->mutable_reflectance());
@@ -186,10 +189,14 @@ Status kind_from_wire(const std::string& path, const v1::Material& material, con
                       Material& out) {
   switch (material.kind_case()) {
     case v1::Material::kDiffuse: {
-      LM_ASSIGN_OR_RETURN(const TexturedColor reflectance,
-                          textured_from_wire(path + ".diffuse.reflectance", material.diffuse().has_reflectance(),
-                                             material.diffuse().reflectance(), textures));
-      out.kind = DiffuseMaterial{reflectance, material.diffuse().roughness()};
+      const v1::Material::Diffuse& diffuse = material.diffuse();
+      DiffuseMaterial kind;
+      LM_ASSIGN_OR_RETURN(kind.reflectance, textured_from_wire(path + ".diffuse.reflectance", diffuse.has_reflectance(),
+                                                               diffuse.reflectance(), textures));
+      kind.roughness = diffuse.roughness();
+      LM_RETURN_IF_ERROR(optional_color(path + ".diffuse.transmittance", diffuse.has_transmittance(),
+                                        diffuse.transmittance(), textures, kind.transmittance));
+      out.kind = kind;
       return ok_status();
     }
     case v1::Material::kMirror: {

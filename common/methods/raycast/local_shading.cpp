@@ -68,6 +68,12 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
       light = lit(vertex, bsdf, wo, lanes, counters);
       break;
     }
+    case MaterialKind::diffuse_transmission: {
+      const DiffuseTransmission8 bsdf = materials.diffuse_transmission(surface, lanes);
+      albedo = bsdf.reflectance + bsdf.transmittance;
+      light = lit(vertex, bsdf, wo, lanes, counters);
+      break;
+    }
     case MaterialKind::phong: {
       const Phong8 bsdf = materials.phong(surface, lanes);
       light = lit(vertex, bsdf, wo, lanes, counters);

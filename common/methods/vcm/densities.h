@@ -45,6 +45,9 @@ F8 reverse_pdf(const CompiledScene& scene, const Surface8& surface, const Crossi
                const V8& wo, const V8& wi, M8 lanes) {
   if constexpr (!Bsdf::kTransmits) {
     return masked(wi.z > F8(0.0f), bsdf.pdf_solid_angle(wi, wo));
+  } else if constexpr (std::is_same_v<Bsdf, DiffuseTransmission8>) {
+    const M8 through = wi.z < F8(0.0f);
+    return bsdf.pdf_solid_angle(flipped(through, wi), flipped(through, wo));
   } else {
     const M8 through = wi.z < F8(0.0f);
     const F8 ahead = relative_index(scene, surface, crossing, lanes);

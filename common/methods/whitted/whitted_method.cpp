@@ -50,7 +50,8 @@ class WhittedShader {
         max_scatterings_(max_bounces == 0 ? kMaxWhittedBounces : max_bounces) {
     for (const MaterialKind kind : scene.materials().kinds()) {
       may_be_smooth_ |= kind != MaterialKind::diffuse && kind != MaterialKind::rough_diffuse &&
-                        kind != MaterialKind::phong && kind != MaterialKind::holdout;
+                        kind != MaterialKind::diffuse_transmission && kind != MaterialKind::phong &&
+                        kind != MaterialKind::holdout;
     }
   }
 
@@ -135,6 +136,7 @@ class WhittedShader {
         return shading_.principled(vertex, wo, lanes).smooth(wo, fresnel);
       case MaterialKind::diffuse:
       case MaterialKind::rough_diffuse:
+      case MaterialKind::diffuse_transmission:
       case MaterialKind::phong:
       case MaterialKind::holdout:
       case MaterialKind::mixture:

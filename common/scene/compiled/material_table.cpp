@@ -100,7 +100,10 @@ void MaterialTable::add(const Material& material, const std::array<std::uint32_t
   const auto [kind, tinted, reflectance, specular, sheen] = std::visit(
       Overloaded{[&](const DiffuseMaterial& m) -> Entry {
                    push(diffuse_.roughness, m.roughness);
-                   return {m.roughness > 0 ? MaterialKind::rough_diffuse : MaterialKind::diffuse, true, m.reflectance};
+                   const auto kind = !is_black(m.transmittance) ? MaterialKind::diffuse_transmission
+                                     : m.roughness > 0          ? MaterialKind::rough_diffuse
+                                                                : MaterialKind::diffuse;
+                   return {kind, true, m.reflectance, m.transmittance};
                  },
                  [](const MirrorMaterial& m) -> Entry {
                    return {MaterialKind::mirror, true, m.reflectance};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/materials/conductor.h"
+#include "common/materials/diffuse_transmission.h"
 #include "common/materials/phong.h"
 #include "common/materials/principled.h"
 #include "common/materials/rough_diffuse.h"
@@ -31,6 +32,7 @@ enum class MaterialKind : std::uint32_t {
   principled,
   holdout,
   rough_diffuse,
+  diffuse_transmission,
   mixture,  ///< never of a surface: MaterialTable::drawn replaces it by a part
 };
 
@@ -98,6 +100,12 @@ class MaterialTable {
     return {reflectance(surface, lanes),
             roughness_map_.mapped ? roughness * map_at(roughness_map_, surface, lanes) : roughness,
             compensated(surface, lanes)};
+  }
+  /// Where both colours add up to more than 1, the transmittance is lowered.
+  DiffuseTransmission8 diffuse_transmission(const Surface8& surface, M8 lanes) const {
+    const V8 reflected = reflectance(surface, lanes), through = at(specular_, surface, lanes);
+    const auto rest = [](F8 part, F8 other) { return min(part, max(F8(1.0f) - other, F8(0.0f))); };
+    return {reflected, {rest(through.x, reflected.x), rest(through.y, reflected.y), rest(through.z, reflected.z)}};
   }
   Phong8 phong(const Surface8& surface, M8 lanes) const {
     return {reflectance(surface, lanes), at(specular_, surface, lanes),
@@ -203,9 +211,9 @@ class MaterialTable {
   Column<std::uint32_t> caster_;  ///< 0 or 1
   Column<std::uint32_t> tinted_;  ///< 1: the kind has a reflectance, which colours of vertices multiply
   static constexpr std::uint32_t kMixed = 1, kHasDensity = 2, kHasReceiver = 4;
-  Column<std::uint32_t> mixed_;  ///< of parts of mixtures: these bits
-  Column<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
-  ColorColumn reflectance_, specular_, emission_, sheen_;
+  Column<std::uint32_t> mixed_;                            ///< of parts of mixtures: these bits
+  Column<std::uint32_t> emits_;                            ///< 0 never, 1 on the front, 2 on both sides
+  ColorColumn reflectance_, specular_, emission_, sheen_;  ///< specular_ is also the transmittance of diffuse materials
   MapColumn roughness_map_, metallic_map_, factor_map_;
   OpacityColumn opacity_;
   bool has_specular_ = false, has_mixtures_ = false;

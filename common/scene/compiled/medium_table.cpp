@@ -98,7 +98,7 @@ Crossing8 MediumTable::cross(const Media8& media, U8 medium, M8 from_outside) co
   const Media8 without = select(from_outside, media, left(media, medium));
   // With open shapes a path can leave a medium that it never entered.
   const M8 unknown = and_not((without.low == media.low) & (without.high == media.high), from_outside);
-  const Media8 with = select(from_outside | unknown, entered(media, medium), media);
+  const Media8 with = select(and_not(from_outside | unknown, medium == U8(0u)), entered(media, medium), media);
   const U8 outer = current(without);
   const F8 inner_ior = gather(ior_.data(), medium, all);
   const F8 outer_ior = gather(ior_.data(), outer, all);

@@ -46,7 +46,7 @@ class MediumTable {
 
   /// The medium with the highest priority, the one that applies.
   U8 current(const Media8& media) const;
-  /// The crossing of a ray that meets the boundary of `medium` (not 0) from outside or inside.
+  /// The crossing of a ray that meets the boundary of `medium` from outside or inside. 0 is a surface without a medium.
   Crossing8 cross(const Media8& media, U8 medium, M8 from_outside) const;
 
   /// Absorption plus scattering, per length.

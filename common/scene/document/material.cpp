@@ -9,7 +9,9 @@ namespace lightmill {
 
 std::vector<const TexturedColor*> colors_of(const Material& material) {
   std::vector<const TexturedColor*> out{&material.emission};
-  std::visit(Overloaded{[&](const DiffuseMaterial& m) { out.push_back(&m.reflectance); },
+  std::visit(Overloaded{[&](const DiffuseMaterial& m) {
+                          out.insert(out.end(), {&m.reflectance, &m.transmittance});
+                        },
                         [&](const MirrorMaterial& m) { out.push_back(&m.reflectance); },
                         [&](const PhongMaterial& m) {
                           out.insert(out.end(), {&m.diffuse, &m.specular});

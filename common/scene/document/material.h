@@ -95,6 +95,7 @@ struct BumpMap {
 struct DiffuseMaterial {
   TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
   double roughness = 0;                         ///< of EON (common/materials/rough_diffuse.h), in [0, 1]; 0: Lambert
+  TexturedColor transmittance{};  ///< share scattered to the other side of a thin sheet, each in [0, 1]; not if rough
 };
 struct MirrorMaterial {
   TexturedColor reflectance{1, 1, 1};  ///< each in [0, 1]

@@ -138,6 +138,10 @@ Status check_surface(const std::string& path, const Material& material) {
       Overloaded{
           [&](const DiffuseMaterial& m) {
             LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse.reflectance", m.reflectance.rgb));
+            LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse.transmittance", m.transmittance.rgb));
+            if (m.roughness > 0 && !is_black(m.transmittance)) {
+              return invalid_argument("{}.diffuse.roughness: must be 0 with a transmittance", path);
+            }
             return check_range(path + ".diffuse.roughness", m.roughness, 0, 1);
           },
           [&](const MirrorMaterial& m) { return check_reflectance(path + ".mirror.reflectance", m.reflectance.rgb); },

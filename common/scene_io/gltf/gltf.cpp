@@ -12,9 +12,10 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 16> kKnownExtensions{"KHR_lights_punctual",
+constexpr std::array<std::string_view, 17> kKnownExtensions{"KHR_lights_punctual",
                                                             "KHR_materials_anisotropy",
                                                             "KHR_materials_clearcoat",
+                                                            "KHR_materials_diffuse_transmission",
                                                             "KHR_materials_emissive_strength",
                                                             "KHR_materials_ior",
                                                             "KHR_materials_sheen",

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "common/base/text.h"
 #include "common/scene_io/assets.h"
@@ -108,6 +109,7 @@ Material GltfMaterials::map(const JsonNode& from) {
       notices_.once("normal maps also change the normals of clearcoats");
     }
   }
+  set_diffuse_transmission(extensions["KHR_materials_diffuse_transmission"], kind, out);
   say_left_out(from);
   return out;
 }
@@ -219,6 +221,32 @@ void GltfMaterials::set_sheen(const JsonNode& from, PrincipledMaterial& out) {
   if (from["sheenRoughnessTexture"].present()) {
     notices_.left_out("textures of the roughness of sheen");
   }
+}
+
+/// Mixes the material with a thin sheet. The highlights of the rest become brighter, because the sheet has none.
+void GltfMaterials::set_diffuse_transmission(const JsonNode& from, PrincipledMaterial kind, Material& out) {
+  const double factor = from["diffuseTransmissionFactor"].number(0, 0, 1) * (1 - kind.metallic);
+  if (factor == 0) {
+    return;
+  }
+  if (is_boundary(out)) {
+    notices_.left_out("diffuse transmission of glass");
+    return;
+  }
+  notices_.once("diffuse transmission is rendered as a mixture with a thin sheet that has no highlights");
+  kind.specular = factor < 1 ? std::min(kind.specular / (1 - factor), 1.0) : 1;
+  Material rest, sheet;
+  rest.kind = kind;
+  rest.roughness_map = std::exchange(out.roughness_map, {});
+  rest.metallic_map = std::exchange(out.metallic_map, {});
+  const RgbColor color = to_rgb(from["diffuseTransmissionColorFactor"].numbers<3>({1, 1, 1}, 0, 1));
+  sheet.kind = DiffuseMaterial{
+      {0, 0, 0}, 0, {color, texture(from["diffuseTransmissionColorTexture"], TextureImage::ColorSpace::srgb)}};
+  const std::uint32_t map = texture(from["diffuseTransmissionTexture"], TextureImage::ColorSpace::linear);
+  out.kind = MixtureMaterial{std::make_shared<const Material>(std::move(rest)),
+                             std::make_shared<const Material>(std::move(sheet)),
+                             factor,
+                             {map, ScalarMap::Channel::alpha}};
 }
 
 void GltfMaterials::say_left_out(const JsonNode& from) {

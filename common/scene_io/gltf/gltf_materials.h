@@ -40,6 +40,7 @@ class GltfMaterials {
   void set_gloss(const JsonNode& extensions, PrincipledMaterial& out);
   void set_anisotropy(const JsonNode& from, PrincipledMaterial& out);
   void set_sheen(const JsonNode& from, PrincipledMaterial& out);
+  void set_diffuse_transmission(const JsonNode& from, PrincipledMaterial kind, Material& out);
   void say_left_out(const JsonNode& from);
   TextureImage::Wrap wrap_of(const JsonNode& mode);
   /// The texture of a textureInfo, decoded in this colour space. kNoTexture if there is none.

@@ -7,6 +7,7 @@
 #include "common/scene_io/coat.h"
 #include "common/scene_io/mixing.h"
 #include "common/scene_io/rough_axes.h"
+#include "common/scene_io/thin_glass.h"
 
 namespace lightmill {
 namespace {
@@ -143,7 +144,7 @@ void MitsubaMaterials::set_kind(const MitsubaObject& from, MitsubaSurface& out) 
     require_one(from, "specular_transmittance");
   } else if (type == "thindielectric") {
     out.one_sided = false;
-    thin_glass(from, material);
+    thin_dielectric(from, material);
   } else if (type == "null") {
     out.one_sided = false;
     out.null = true;
@@ -153,12 +154,9 @@ void MitsubaMaterials::set_kind(const MitsubaObject& from, MitsubaSurface& out) 
   }
 }
 
-/// Light that is reflected to and fro in the pane adds up to 2R/(1 + R).
-void MitsubaMaterials::thin_glass(const MitsubaObject& from, Material& out) {
+void MitsubaMaterials::thin_dielectric(const MitsubaObject& from, Material& out) {
   notices_.once("thindielectric reflects the same share at all angles: that of light along the normal");
-  const double ior = textures_.ior(from, "bk7"), r = (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1));
-  out.kind = MirrorMaterial{};
-  out.opacity = {Opacity::Mode::blend, 2 * r / (1 + r)};
+  out = thin_glass(textures_.ior(from, "bk7"));
   require_one(from, "specular_reflectance");
   require_one(from, "specular_transmittance");
 }

@@ -32,7 +32,7 @@ class MitsubaMaterials {
   Result<MitsubaSurface> blended(const MitsubaObject& from);
   Result<MitsubaSurface> normal_mapped(const MitsubaObject& from);
   void set_kind(const MitsubaObject& from, MitsubaSurface& out);
-  void thin_glass(const MitsubaObject& from, Material& out);
+  void thin_dielectric(const MitsubaObject& from, Material& out);
   void conductor(const MitsubaObject& from, Material& out);
   void plastic(const MitsubaObject& from, Material& out);
   void principled(const MitsubaObject& from, MitsubaSurface& out);

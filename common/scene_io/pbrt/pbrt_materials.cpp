@@ -7,6 +7,7 @@
 #include "common/scene_io/coat.h"
 #include "common/scene_io/mixing.h"
 #include "common/scene_io/rough_axes.h"
+#include "common/scene_io/thin_glass.h"
 
 namespace lightmill {
 namespace {
@@ -121,6 +122,19 @@ void PbrtMaterials::set_kind(const std::string& type, const PbrtParameters& from
   if (type == "diffuse") {
     out.single_scattering = false;
     out.kind = DiffuseMaterial{textured(textures_.color(from, "reflectance", {0.5f, 0.5f, 0.5f}))};
+  } else if (type == "diffusetransmission") {
+    out.single_scattering = false;
+    DiffuseMaterial sheet;
+    const double scale = from.number("scale", 1, 0, 1);
+    for (const auto& [name, color] :
+         {std::pair{"reflectance", &sheet.reflectance}, {"transmittance", &sheet.transmittance}}) {
+      *color = textured(textures_.color(from, name, {0.25f, 0.25f, 0.25f}));
+      color->rgb = each(color->rgb, [&](double c) { return c * scale; });
+    }
+    out.kind = sheet;
+  } else if (type == "thindielectric") {
+    notices_.once("thindielectric reflects the same share at all angles: that of light along the normal");
+    out = thin_glass(spectra_.ior(from, "eta", 1.5));
   } else if (type == "interface") {
     out.kind = DielectricMaterial{1, 0};
   } else if (type == "dielectric") {

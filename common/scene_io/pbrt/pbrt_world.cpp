@@ -268,6 +268,9 @@ Result<Material> PbrtWorld::material_of(const Use& use) {
     }
     LM_ASSIGN_OR_RETURN(out.interior, media_.find(use.inside, use.place));
   } else if (visible) {
+    if (out.opacity.mode != Opacity::Mode::opaque) {
+      return use.place.error("alpha of a transparent material cannot be rendered");
+    }
     out.opacity = {Opacity::Mode::blend, use.opacity.color.r, {use.opacity.texture}};
   }
   return out;

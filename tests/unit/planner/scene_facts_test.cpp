@@ -32,6 +32,9 @@ TEST(Facts, FeaturesAreThoseOfTheScene) {
   bumpy.textures = {{"bumps", "bumps.png", {}}};
   bumpy.materials[0].bump_map.map.texture = 0;
   EXPECT_EQ(features_of(read_facts(bumpy)), (std::vector<std::string>{"light sampling", "textures", "normal maps"}));
+  const auto leaf = std::make_shared<const Material>(material("leaf", DiffuseMaterial{{0, 0, 0}, 0, {0, 0.5f, 0}}));
+  EXPECT_EQ(features_of(read_facts(scene_of({material("worn", MixtureMaterial{leaf, leaf})}, {kBulb}))),
+            (std::vector<std::string>{"light sampling", "mixtures", "sheets that transmit light"}));
   PrincipledMaterial cloth;
   cloth.anisotropy.strength = 0.5;
   cloth.sheen_color = {0, 0, 0.5f};

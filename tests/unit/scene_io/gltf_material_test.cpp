@@ -225,6 +225,29 @@ TEST(GltfScene, AnisotropyWithoutADirectionIsNamed) {
   EXPECT_EQ(loaded.notices[0], "anisotropic surfaces without tangents and texture coordinates have the mean roughness");
 }
 
+TEST(GltfScene, DiffuseTransmissionIsAMixtureWithAThinSheet) {
+  const auto extension = [](const std::string& members, double metallic) {
+    return fmt::format(
+        R"("pbrMetallicRoughness":{{"metallicFactor":{},"roughnessFactor":0.5,"metallicRoughnessTexture":{{"index":0}}}},
+"extensions":{{"KHR_materials_diffuse_transmission":{{{}}}}})",
+        metallic, members);
+  };
+  const Mapped leaf = mapped(extension(
+      R"("diffuseTransmissionFactor":0.5,"diffuseTransmissionColorFactor":[0.25,0.5,0.75],"diffuseTransmissionTexture":{"index":0})",
+      0));
+  const auto& mixture = std::get<MixtureMaterial>(leaf.material.kind);
+  EXPECT_EQ(mixture.factor, 0.5);
+  EXPECT_EQ(mixture.map, (ScalarMap{0, ScalarMap::Channel::alpha}));
+  EXPECT_EQ(std::get<PrincipledMaterial>(mixture.first->kind).specular, 1) << "twice as bright on half of the light";
+  EXPECT_EQ(mixture.first->roughness_map.texture, 0u);
+  const auto& sheet = std::get<DiffuseMaterial>(mixture.second->kind);
+  EXPECT_EQ(sheet.transmittance.rgb, (RgbColor{0.25f, 0.5f, 0.75f}));
+  EXPECT_EQ(sheet.reflectance.rgb, (RgbColor{0, 0, 0}));
+  EXPECT_EQ(leaf.material.roughness_map.texture, kNoTexture);
+  const Mapped metal = mapped(extension(R"("diffuseTransmissionFactor":0.5)", 1));
+  EXPECT_TRUE(std::holds_alternative<PrincipledMaterial>(metal.material.kind));
+}
+
 TEST(GltfScene, SheenIsThatOfTheExtension) {
   const auto extension = [](const std::string& members, const std::string& others = "") {
     return R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_sheen":{)" + members + "}" +

@@ -159,8 +159,19 @@ AreaLightSource "diffuse" Shape "sphere")x");
   EXPECT_EQ(loaded.scene.materials[2].name, "a (3)");
 }
 
+TEST(PbrtMaterials, ThinSheetsTransmitLight) {
+  const auto sheet = std::get<DiffuseMaterial>(
+      pbrt_material(R"(Material "diffusetransmission" "rgb transmittance" [0.5 0.25 1] "float scale" 0.5)").kind);
+  EXPECT_EQ(sheet.reflectance.rgb, (RgbColor{0.125f, 0.125f, 0.125f}));
+  EXPECT_EQ(sheet.transmittance.rgb, (RgbColor{0.25f, 0.125f, 0.5f}));
+  const Material pane = pbrt_material(R"(Material "thindielectric" "float eta" 3)");
+  EXPECT_TRUE(std::holds_alternative<MirrorMaterial>(pane.kind));
+  EXPECT_EQ(pane.opacity.mode, Opacity::Mode::blend);
+  EXPECT_NEAR(pane.opacity.value, 0.4, 1e-12);  // R = 1/4, and 2R/(1 + R)
+}
+
 TEST(PbrtMaterials, UnsupportedMaterialsAreErrors) {
-  for (const char* type : {"thindielectric", "diffusetransmission", "hair", "measured", "subsurface", "x"}) {
+  for (const char* type : {"hair", "measured", "subsurface", "x"}) {
     EXPECT_EQ(pbrt_error(fmt::format("Material \"{}\"\nShape \"sphere\"", type)),
               fmt::format("a.pbrt:3: materials of the type \"{}\" cannot be rendered", type));
   }

@@ -168,7 +168,7 @@ const kMaxIor = 10;
 function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Slot[] {
   switch (kind.case) {
     case 'diffuse':
-      return new Slots(kind.value, (value) => put({case: 'diffuse', value})).color('reflectance', 'Colour', kWhite).share('roughness', 'Roughness').found;
+      return new Slots(kind.value, (value) => put({case: 'diffuse', value})).color('reflectance', 'Colour', kWhite).color('transmittance', 'Transmittance', kBlack).share('roughness', 'Roughness').found;
     case 'mirror':
       return new Slots(kind.value, (value) => put({case: 'mirror', value})).color('reflectance', 'Colour', kWhite).found;
     case 'dielectric':
