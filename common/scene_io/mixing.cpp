@@ -41,10 +41,10 @@ Result<Material> mixed(const Material& first, const Material& second, double fac
   }
   std::size_t parts = 0;
   for (const Material* material : {&first, &second}) {
-    if (is_boundary(*material)) {
-      return invalid_argument("light enters the material \"{}\", so it cannot be mixed", material->name);
-    }
     for_each_part(*material, [&](const Material&) { ++parts; });
+  }
+  if (is_boundary(first) && is_boundary(second) && ior_of(first) != ior_of(second)) {
+    return invalid_argument("glass with different indices of refraction cannot be mixed");
   }
   if (!(first.opacity == second.opacity)) {
     return invalid_argument("materials with different opacity cannot be mixed");

@@ -48,21 +48,28 @@ std::optional<double> uniform_opacity(const Opacity& opacity) {
 }
 
 bool is_boundary(const Material& material) {
-  return std::visit(Overloaded{[](const DielectricMaterial&) { return true; },
-                               [&](const PrincipledMaterial& m) {
-                                 return m.transmission > 0 &&
-                                        (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
-                               },
-                               [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
-                                              HoldoutMaterial, MixtureMaterial> auto&) { return false; }},
-                    material.kind);
+  return std::visit(
+      Overloaded{
+          [](const DielectricMaterial&) { return true; },
+          [&](const PrincipledMaterial& m) {
+            return m.transmission > 0 && (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
+          },
+          [](const MixtureMaterial& m) { return is_boundary(*m.first) || is_boundary(*m.second); },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
+            return false;
+          }},
+      material.kind);
 }
 
 double ior_of(const Material& material) {
-  return std::visit(Overloaded{[](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
-                               [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
-                                              HoldoutMaterial, MixtureMaterial> auto&) { return 1.0; }},
-                    material.kind);
+  return std::visit(
+      Overloaded{
+          [](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
+          [](const MixtureMaterial& m) { return ior_of(is_boundary(*m.first) ? *m.first : *m.second); },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
+            return 1.0;
+          }},
+      material.kind);
 }
 
 const Anisotropy* anisotropy_of(const Material& material) {

@@ -117,9 +117,6 @@ Status check_surface(const std::string& path, const Material& material);
 
 /// A part of a mixture, which may be one.
 Status check_part(const std::string& path, const Material& part) {
-  if (is_boundary(part)) {
-    return invalid_argument("{}: light enters this material, so it cannot be part of a mixture", path);
-  }
   if (std::holds_alternative<HoldoutMaterial>(part.kind)) {
     return invalid_argument("{}: a holdout cannot be part of a mixture", path);
   }
@@ -129,7 +126,12 @@ Status check_part(const std::string& path, const Material& part) {
 Status check_mixture(const std::string& path, const MixtureMaterial& m) {
   LM_RETURN_IF_ERROR(check_range(path + ".factor", m.factor, 0, 1));
   LM_RETURN_IF_ERROR(check_part(path + ".first", *m.first));
-  return check_part(path + ".second", *m.second);
+  LM_RETURN_IF_ERROR(check_part(path + ".second", *m.second));
+  if (is_boundary(*m.first) && is_boundary(*m.second) && ior_of(*m.first) != ior_of(*m.second)) {
+    return invalid_argument("{}: glass of one mixture must have one index of refraction, got {} and {}", path,
+                            ior_of(*m.first), ior_of(*m.second));
+  }
+  return ok_status();
 }
 
 /// The fields that parts of mixtures have.

@@ -76,6 +76,21 @@ AtlasCase directed_floor(const std::string& kind, const std::string& name) {
           .level = 3};
 }
 
+/// A small emitter in a closed shade, seen from outside. With its share x = (r/R)² of what the shade sees, the radiance
+/// is τ L x / (1 − ρ (1 − x)).
+AtlasCase lampshade() {
+  const double reflected = 0.6, transmitted = 0.35, radius = 0.1, x = radius * radius;
+  return {.subject = "thin sheets",
+          .name = "a small emitter in a closed lampshade",
+          .document =
+              document(R"("eye": [0, 0.5, 4], "look_at": [0, 0, 0])", 20, 32,
+                       diffuse("lamp", 0, 100) +
+                           also(named("shade", fmt::format(R"("diffuse": {{"reflectance": {}, "transmittance": {}}})",
+                                                           gray(reflected), gray(transmitted)))),
+                       sphere("lamp", "[0, 0, 0]", radius) + also(sphere("shade", "[0, 0, 0]", 1))),
+          .exact = transmitted * 100 * x / (1 - reflected * (1 - x))};
+}
+
 std::string mixture(const std::string& first, const std::string& second, double factor) {
   return fmt::format(R"("mixture": {{"first": {{{}}}, "second": {{{}}}, "factor": {}}})", first, second, factor);
 }
@@ -168,6 +183,7 @@ std::vector<AtlasCase> material_cases() {
                      R"("sheen_color": {"rgb": [1, 1, 1]}, "sheen_roughness": 0.3})",
                      "a floor of varnished velvet"));
   std::ranges::move(mixture_cases(), std::back_inserter(cases));
+  cases.push_back(lampshade());
   return cases;
 }
 

@@ -226,8 +226,10 @@ TEST(MitsubaMaterials, UnsupportedMaterialsAreErrors) {
             "a.xml:3: bsdf mask: a mask of glass, of null or of another mask cannot be rendered");
   EXPECT_EQ(error_of("<bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/></bsdf>"),
             "a.xml:3: bsdf blendbsdf: two nested bsdfs are expected, got 1");
-  EXPECT_EQ(error_of("<bsdf type=\"blendbsdf\"><bsdf type=\"diffuse\"/><bsdf type=\"dielectric\"/></bsdf>"),
-            "a.xml:3: bsdf blendbsdf: light enters the material \"dielectric of line 3\", so it cannot be mixed");
+  EXPECT_EQ(
+      error_of("<bsdf type=\"blendbsdf\"><bsdf type=\"roughdielectric\"><string name=\"int_ior\" value=\"water\"/>"
+               "</bsdf><bsdf type=\"dielectric\"/></bsdf>"),
+      "a.xml:3: bsdf blendbsdf: glass with different indices of refraction cannot be mixed");
   EXPECT_EQ(error_of("<bsdf type=\"dielectric\">\n<rgb name=\"specular_transmittance\" value=\"1, 0.5, 1\"/></bsdf>"),
             "a.xml:4: bsdf dielectric: rgb specular_transmittance: only 1 can be rendered");
   EXPECT_EQ(error_of("<bsdf type=\"conductor\">\n<string name=\"material\" value=\"Xx\"/></bsdf>"),
