@@ -174,7 +174,7 @@ void add_materials(Scene& scene, double glow_exponent) {
       {"chalk", DiffuseMaterial{{0.9f, 0.8f, 0.6f}, 0.8}, {}, false},
       {"clay", DiffuseMaterial{{0.6f, 0.7f, 0.9f}, 0.5}, {}, false},
       worn_paint(),
-      {"leaf", DiffuseMaterial{{0.3f, 0.4f, 0.2f}, 0, {{0.2f, 0.5f, 0.1f}, 0}}, {}, false},
+      {"paper", DiffuseMaterial{{0.3f, 0.4f, 0.2f}, 0, {{0.2f, 0.5f, 0.1f}, 0}}, {}, false},
   };
   scene.materials[5].emission_exponent = glow_exponent;
   scene.materials[5].light_group = "key";

@@ -157,7 +157,8 @@ void MaterialTable::add(const Material& material, const std::array<std::uint32_t
   specular_.add(specular);
   has_specular_ = has_specular_ || !is_black(specular);
   sheen_.add(sheen);
-  push(anisotropy_, is_anisotropic(material) ? anisotropy_of(material)->strength : 0);
+  const Anisotropy* const anisotropy = anisotropy_of(material);  // the parts of a mixture have their own
+  push(anisotropy_, anisotropy != nullptr ? anisotropy->strength : 0);
   has_anisotropy_ |= is_anisotropic(material);
   single_scattering_.push_back(material.single_scattering ? 1 : 0);
   roughness_map_.add(material.roughness_map);

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "common/scene/compiled/material_table.h"
+#include "tests/support/lanes.h"
+
 namespace lightmill {
 namespace {
 
@@ -34,6 +37,21 @@ TEST(MaterialRows, PartsFollowTheMaterialsAndHaveTheSurfaceOfTheirMixture) {
     EXPECT_EQ(row.opacity.mode, Opacity::Mode::blend) << i;
     EXPECT_EQ(row.single_scattering, std::get<DiffuseMaterial>(row.kind).reflectance.rgb.r > 0.5f) << i;
   }
+}
+
+TEST(MaterialRows, PartsHaveTheirOwnAnisotropy) {
+  Material brushed;
+  brushed.kind = ConductorMaterial{{1, 1, 1}, {2, 2, 2}, 0.5, {0.75, 0}};
+  Scene scene;
+  scene.materials.emplace_back().kind = MixtureMaterial{std::make_shared<const Material>(brushed), part(0.5f), 0.5, {}};
+  const MaterialRows rows = material_rows(scene);
+  const MaterialTable table(scene, rows, {}, std::vector<Vec3>(1));
+  Surface8 surface{};
+  surface.material = U8(1u);
+  surface.directed = M8(true);
+  const float along = test::Lanes(table.conductor(surface, M8(true)).facets.alpha())[0];
+  surface.directed = M8();
+  EXPECT_NE(along, test::Lanes(table.conductor(surface, M8(true)).facets.alpha())[0]);
 }
 
 }  // namespace
