@@ -305,8 +305,11 @@ class MaterialMaker:
         number = float(np.clip(value.rgb[0], 0, 1))
         if value.image is None or number == 0:
             return {name: number}
-        channel = value.image.channel if value.image.channel != "COLOR" else "LUMINANCE"
-        return {name: number, map_name or f"{name}_map": {"texture": self.uses.add(value.image, node), "channel": channel}}
+        use = value.image
+        if use.channel == "A" and use.pixels is not None:  # their files have no alpha
+            use = use.with_texels(use.texels())
+        channel = use.channel if use.channel != "COLOR" else "LUMINANCE"
+        return {name: number, map_name or f"{name}_map": {"texture": self.uses.add(use, node), "channel": channel}}
 
 
 def surface(kind, fields, multiple):

@@ -187,6 +187,18 @@ class Mixtures(unittest.TestCase):
         document = n.export(n.mix(n.diffuse(RED), n.glossy(), mask))
         self.assertEqual(document["mixture"]["factor_map"]["channel"], "A")
 
+    def test_the_alpha_of_a_premultiplied_image_is_the_opacity(self):
+        n = self.nodes
+        picture = bpy.data.images.new("leaf", 2, 1, alpha=True)
+        picture.pixels.foreach_set([0.2, 0.2, 0.2, 0.6, 0, 0, 0, 0])
+        picture.alpha_mode = "PREMUL"
+        node = n.tree.nodes.new("ShaderNodeTexImage")
+        node.image = picture
+        document = n.export(n.principled(node.outputs["Color"], Alpha=node.outputs["Alpha"]))
+        alpha = document["opacity"]["map"]
+        self.assertEqual(alpha["channel"], "LUMINANCE")
+        np.testing.assert_allclose(n.texels(alpha["texture"]), (0.6, 0), rtol=1e-6)
+
     def test_a_factor_above_1_counts_as_1(self):
         n = self.nodes
         document = n.export(n.mix(n.diffuse(RED), n.glossy(), n.math("MULTIPLY", n.image("mask", 0, 0.25, 1), 2)))
