@@ -135,7 +135,9 @@ class MaterialMaker:
 
     def mean(self, tree, reason):
         """One principled material instead of a mixture. Adds colours, and averages the other parameters."""
-        parts = [one for one in mean_weights(self.reader, tree) if not one[0].is_black()]
+        parts = [(closure, share) for closure, share in mean_weights(self.reader, tree) if share > 0 and not closure.is_black()]
+        if not parts:
+            return self.one(diffuse(constant(0.0)))
         total = sum(share for _, share in parts)
         if len(parts) == 1:
             closure = parts[0][0]

@@ -342,6 +342,12 @@ class Mixtures(unittest.TestCase):
             np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
             self.assertTrue(any("Glass cannot be part of a mixture" in text for text in n.notices.texts))
 
+    def test_a_shader_without_weight_is_left_out_of_the_mean(self):
+        n = self.nodes
+        clear = n.mix(n.add("BsdfGlass", Color=WHITE), n.principled(Transmission=1.0), 0.5)
+        document = n.export(n.mix(n.add("Emission"), clear, n.image("mask", 0, 0)))
+        self.assertEqual(document["diffuse"]["reflectance"]["rgb"], [0, 0, 0])
+
     def test_a_metal_is_a_part_whatever_its_transmission(self):
         n = self.nodes
         document = n.export(n.mix(n.principled(RED, Metallic=1.0, Transmission=1.0), n.diffuse(BLUE), 0.25))
