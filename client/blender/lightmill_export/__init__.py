@@ -14,6 +14,6 @@ notice names everything that a document cannot express, and what it has instead.
   nodes.py      links of node trees, through groups and reroutes
   values.py     values of sockets: constants and texels; math_nodes.py has the nodes that compute them
   images.py     image textures: coordinates and files
-  closures.py   shader nodes as a weighted list of closures; materials.py turns them into a material
+  closures.py   shader nodes as surfaces; mixtures.py mixes and adds them; materials.py turns them into a material
   principled.py Blender's principled shader as parameters of Lightmill's
 """

@@ -1,63 +1,64 @@
-"""Shader nodes as a weighted list of closures, as Cycles flattens them."""
-from dataclasses import dataclass, field
-
+"""Shader nodes as surfaces (see mixtures.py)."""
+import bpy
 import numpy as np
 
 from . import anisotropy
+from .mixtures import Closure, Surface, add, black, diffuse as matt, mix
 from .nodes import Input, Node
-from .values import Value, constant
+from .values import Value, constant, luminance
 
-
-@dataclass
-class Closure:
-    kind: str           # diffuse, glossy, glass, principled, transparent, emission
-    node: object
-    weight: Value
-    color: Value
-    numbers: dict = field(default_factory=dict)  # by name: a Value, or a choice of the node
-    normal: Input | None = None                  # its Normal input
-
-    def weight_color(self, reader):
-        return reader.multiply(self.weight, self.color, self.node)
+OLD_DIFFUSE = bpy.app.version < (4, 3, 0)  # rough diffuse shaders have no multiple scattering between facets
 
 
 class ClosureReader:
     def __init__(self, reader):
         self.reader = reader
         self.notices = reader.notices
+        self.normals = []  # inputs for them
 
     def read(self, socket):
-        """Closures of a shader input of an output node."""
-        return self.walk(Input(socket), constant(1.0))
+        """The surface at a shader input of an output node."""
+        return self.walk(Input(socket))
 
-    def walk(self, socket, weight):
-        node, output, groups = socket.source()
+    def walk(self, socket):
+        node, _output, groups = socket.source()
         if node is None:
-            return []
+            return black()
         inside = Node(node, groups)
         if node.type == "MIX_SHADER":
             factor = self.factor(inside)
-            rest = self.reader.combine(lambda f: 1 - f, [factor], node)
-            return (self.walk(inside.input(1), self.reader.multiply(weight, rest, node))
-                    + self.walk(inside.input(2), self.reader.multiply(weight, factor, node)))
+            if factor.is_constant() and factor.rgb[0] in (0, 1):
+                return self.walk(inside.input(1 if factor.rgb[0] == 0 else 2))
+            return mix(self.reader, node, factor, self.walk(inside.input(1)), self.walk(inside.input(2)))
         if node.type == "ADD_SHADER":
-            return self.walk(inside.input(0), weight) + self.walk(inside.input(1), weight)
-        if weight.is_constant() and np.all(weight.rgb == 0):
-            return []
+            return add(self.reader, node, self.walk(inside.input(0)), self.walk(inside.input(1)))
         if node.type in SHADERS:
-            closures = SHADERS[node.type](self, inside, weight)
+            surface = SHADERS[node.type](self, inside)
             inside.name_unread(self.notices)
-            return closures
+            return surface
         self.notices.node(node, "left out: Lightmill has no such shader, and shows black")
-        return []
+        return black(node)
 
     def factor(self, inside):
         factor = self.reader.scalar(inside.input(0))
-        return Value(np.clip(factor.rgb, 0, 1)) if factor.is_constant() else factor
+        if factor.image is None or factor.image.pixels is not None or factor.rgb[0] > 1:
+            return self.reader.combine(lambda f: np.clip(f, 0, 1), [factor], inside.node)
+        return factor
 
-    def one(self, kind, inside, weight, numbers=None):
-        socket = inside.input("Color", "Base Color")
-        return [Closure(kind, inside.node, weight, self.reader.color(socket), numbers or {}, inside.input("Normal"))]
+    def one(self, kind, inside, numbers, color=None):
+        normal = inside.input("Normal")
+        if normal is not None:
+            self.normals.append(normal)
+        closure = Closure(kind, inside.node, color or self.reader.color(inside.input("Color", "Base Color")), numbers)
+        return Surface(inside.node, constant(1.0), constant(0.0), closure)
+
+    def radiance(self, socket, text):
+        """The light that leaves a surface of a world or light. Adds this text as a notice on shaders that only reflect light."""
+        surface = self.read(socket)
+        for closure in surface.reflection.leaves():
+            if not closure.is_black():
+                self.notices.node(closure.node, text)
+        return self.reader.multiply(surface.opacity, surface.radiance, surface.node), surface.node
 
     def without(self, inside, *names):
         """Adds notices that these inputs are left out, if they are linked or not 0."""
@@ -76,15 +77,15 @@ def shown(value):
     return f"{value:g}" if isinstance(value, (int, float)) else "(" + ", ".join(f"{v:g}" for v in value) + ")"
 
 
-def diffuse(self, inside, weight):
-    return self.one("diffuse", inside, weight, {"roughness": roughness(self, inside)})
+def diffuse(self, inside):
+    return self.one("diffuse", inside, {"roughness": roughness(self, inside), "multiple": not OLD_DIFFUSE})
 
 
 def replaced_by_diffuse(text):
     """Reader of a shader that is replaced by a diffuse one."""
-    def read(self, inside, weight):
+    def read(self, inside):
         self.notices.node(inside.node, f"left out: Lightmill has no such shader, and uses a diffuse one. {text}")
-        return self.one("diffuse", inside, weight)
+        return self.one("diffuse", inside, matt(None).numbers)
     return read
 
 
@@ -101,45 +102,49 @@ def roughness(self, inside):
     return Value(np.clip(value.rgb, 0, 1)) if value.is_constant() else value
 
 
-def glossy(self, inside, weight):
+def glossy(self, inside):
     sharp = inside.node.distribution == "SHARP"
     rough = constant(0.0) if sharp else roughness(self, inside)
     smooth = rough.is_constant() and rough.rgb[0] == 0
     multiple = distribution(self, inside, ("SHARP", "GGX", "MULTI_GGX") + (("BECKMANN", "ASHIKHMIN_SHIRLEY") if smooth else ()))
     directed = anisotropy.of_glossy(self.reader, inside) if "Anisotropy" in inside.node.inputs else None
-    return self.one("glossy", inside, weight, {"roughness": rough, "multiple": multiple, "anisotropy": directed})
+    return self.one("glossy", inside, {"roughness": rough, "multiple": multiple, "anisotropy": directed})
 
 
-def glass(self, inside, weight):
+def glass(self, inside):
     sharp = inside.node.distribution == "SHARP"
     rough = constant(0.0) if sharp else roughness(self, inside)
     smooth = rough.is_constant() and rough.rgb[0] == 0
     multiple = distribution(self, inside, ("SHARP", "GGX", "MULTI_GGX") + (("BECKMANN",) if smooth else ()))
     if inside.node.type == "BSDF_REFRACTION":
         self.notices.node(inside.node, "it is replaced by glass, which also reflects")
-    return self.one("glass", inside, weight, {"roughness": rough, "multiple": multiple,
-                                              "ior": self.reader.number(inside.input("IOR"), inside.node)})
+    return self.one("glass", inside, {"roughness": rough, "multiple": multiple,
+                                      "ior": self.reader.number(inside.input("IOR"), inside.node)})
 
 
-def transparent(self, inside, weight):
-    return self.one("transparent", inside, weight)
+def transparent(self, inside):
+    color, out = self.reader.color(inside.input("Color")), black(inside.node)
+    if not (color.is_constant() and np.all(color.rgb == 1)):
+        self.notices.node(inside.node, "its colour does not tint what is behind it. Its luminance is the transparency")
+    out.opacity = self.reader.combine(lambda c: np.clip(1 - luminance(c), 0, 1), [color], inside.node)
+    return out
 
 
-def emission(self, inside, weight):
-    """`color` is the radiance."""
-    radiance = self.reader.multiply(self.reader.color(inside.input("Color")), self.reader.scalar(inside.input("Strength")),
-                                    inside.node)
-    return [Closure("emission", inside.node, weight, radiance)]
+def emission(self, inside):
+    out = black(inside.node)
+    out.radiance = self.reader.multiply(self.reader.color(inside.input("Color")), self.reader.scalar(inside.input("Strength")),
+                                        inside.node)
+    return out
 
 
-def hold_out(self, inside, _weight):
+def hold_out(self, inside):
     self.notices.node(inside.node, "it is black, not a hole in the picture as in Blender")
-    return []
+    return black(inside.node)
 
 
-def principled(self, inside, weight):
+def principled(self, inside):
     from .principled import read
-    return read(self, inside, weight)
+    return read(self, inside)
 
 
 SHADERS = {

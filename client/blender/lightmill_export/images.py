@@ -3,6 +3,7 @@
 Coordinates are an affine function of a UV map, or of generated or object coordinates. meshes.py computes them for each
 corner, so a Mapping node is exact.
 """
+import hashlib
 import math
 import os
 import shutil
@@ -56,6 +57,10 @@ class ImageUse:
         alpha = np.ones((*texels.shape[:2], 1), dtype=np.float32)
         texels = texels.astype(np.float32)
         return replace(self, source=None, pixels=np.concatenate([texels, alpha], axis=-1), channel="COLOR")
+
+    def is_same(self, other):
+        same = self.same_place(other) and self.source == other.source and self.channel == other.channel
+        return same and (self.pixels is other.pixels or self.pixels is not None and np.array_equal(self.pixels, other.pixels))
 
     def same_place(self, other):
         return self.place == other.place and self.size() == other.size()
@@ -242,7 +247,11 @@ class ImageFiles:
     def add(self, use):
         """(file, linear or sRGB) of an image, relative to the document."""
         if use.pixels is not None:
-            return self.write_texels(use.pixels[..., :3]), "LINEAR"
+            texels = np.ascontiguousarray(use.pixels[..., :3], dtype="<f4")
+            key = texels.shape, hashlib.sha256(texels).digest()
+            if key not in self.files:
+                self.files[key] = self.write_texels(texels)
+            return self.files[key], "LINEAR"
         image = use.source
         if image.name_full not in self.files:
             self.files[image.name_full] = self.copy(image)

@@ -51,13 +51,7 @@ def emission_factor(data, notices):
     if end is None:
         return [0, 0, 0]
     from .closures import ClosureReader
-    total = [0.0, 0.0, 0.0]
-    for closure in ClosureReader(reader).read(end.inputs["Surface"]):
-        if closure.kind != "emission":
-            notices.node(closure.node, "left out: lights have only emission shaders")
-            continue
-        total = [t + c for t, c in zip(total, reader.even(closure.weight_color(reader), closure.node))]
-    return total
+    return reader.even(*ClosureReader(reader).radiance(end.inputs["Surface"], "left out: lights have only emission shaders"))
 
 
 def check(light, data, notices):

@@ -1,16 +1,18 @@
-"""Materials: lists of closures as the document's materials."""
+"""Materials: surfaces (see mixtures.py) as the document's materials."""
 from dataclasses import dataclass
 
 import numpy as np
 
 from .anisotropy import Direction, follows, parameters
 from .closures import ClosureReader
+from .mixtures import Closure, diffuse, mean_weights
 from .nodes import output_of
 from .normals import read_displacement, read_normal
-from .principled import OLD, OLD_DIFFUSE, SHEEN_COLOR, SHEEN_ROUGHNESS, diffuse_factor
+from .principled import OLD, SHEEN_COLOR, SHEEN_ROUGHNESS
 from .textures import Textures
 from .values import Value, ValueReader, constant, luminance
 
+MOST_PARTS = 16  # of a mixture
 LEAST_GLOSS = 0.01  # roughness below which a glossy shader becomes a mirror
 SCHLICK_MEAN = 1 / 21  # mean of (1 − cos)⁵ in uniform light
 
@@ -66,12 +68,13 @@ class MaterialMaker:
         self.document = {"name": name}
         self.colors = None
         self.direction = None
+        self.tinted = False  # whether colours of the vertices multiply all of its reflectances
 
     def make(self, material):
         if material is None:
-            self.diffuse(constant(0.8), None)
+            self.solid(diffuse(constant(0.8)))
         elif not material.use_nodes or material.node_tree is None:
-            self.diffuse(constant(*material.diffuse_color[:3]), None)
+            self.solid(diffuse(constant(*material.diffuse_color[:3])))
         else:
             self.from_nodes(material)
         if self.direction is not None and self.uses.placement is not None:
@@ -82,174 +85,131 @@ class MaterialMaker:
 
     def from_nodes(self, material):
         end = output_of(material.node_tree)
-        surface = ClosureReader(self.reader).read(end.inputs["Surface"]) if end is not None else []
-        if end is not None and end.inputs["Volume"].is_linked:
+        if end is None:
+            self.solid(diffuse(constant(0.0)))
+            return
+        if end.inputs["Volume"].is_linked:
             volume = end.inputs["Volume"].links[0].from_node
             self.notices.node(volume, "left out: Lightmill has no volume shaders")
             if not end.inputs["Surface"].is_linked:
-                self.document.update({"diffuse": {"reflectance": black()}, "opacity": {"value": 0}})
+                self.document.update({"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "opacity": {"value": 0}})
                 return
-        self.fit(surface)
-        normals = [c.normal for c in surface if c.normal is not None and c.normal.node() is not None]
+        reader = ClosureReader(self.reader)
+        self.fit(reader.read(end.inputs["Surface"]))
+        normals = [one for one in reader.normals if one.node() is not None]
         if normals:
-            read_normal(self, normals, len(normals) == len([c for c in surface if c.normal is not None]))
-        if end is not None and end.inputs["Displacement"].is_linked:
+            read_normal(self, normals, len(normals) == len(reader.normals))
+        if end.inputs["Displacement"].is_linked:
             read_displacement(self, material, end.inputs["Displacement"], bool(normals))
 
-    # Opacity, emission and reflection of a list of closures.
-
-    def fit(self, closures):
-        holes = [c for c in closures if c.kind == "transparent"]
-        glow = [c for c in closures if c.kind == "emission"]
-        solid = [c for c in closures if c.kind not in ("transparent", "emission")]
-        opacity = self.opacity(holes, [*solid, *glow])
-        share = max(float(opacity.mean().mean()), 1e-6)
-        self.solid([(c, self.share(c, opacity, share)) for c in solid])
-        if glow:
-            self.glow(glow, opacity, share)
-
-    def share(self, closure, opacity, mean_opacity):
-        """A closure's share in the opaque part: 1 if its weight is the opacity itself."""
-        if closure.weight is opacity:
-            return 1.0
-        return float(self.reader.even(closure.weight, closure.node).mean()) / mean_opacity
-
-    def opacity(self, holes, others):
-        """1 − the weight of the transparent closures."""
-        if not holes:
-            return constant(1.0)
-        for hole in holes:
-            if not (hole.color.is_constant() and np.all(hole.color.rgb == 1)):
-                self.notices.node(hole.node, "its colour does not tint what is behind it. Its luminance is the "
-                                  "transparency")
-        clear = len(holes) == 1 and holes[0].color.is_constant() and np.all(holes[0].color.rgb == 1)
-        if clear and len({id(c.weight) for c in others}) == 1:
-            value = others[0].weight
-        else:
-            total = constant(0.0)
-            for hole in holes:
-                weight = self.reader.multiply(hole.weight, self.gray(hole.color, hole.node), hole.node)
-                total = self.reader.combine(lambda a, b: a + b, [total, weight], hole.node)
-            value = self.reader.combine(lambda a: np.clip(1 - a, 0, 1), [total], holes[0].node)
-        self.document["opacity"] = self.scalar(value, holes[0].node, "value", "map")
-        return value
-
-    def gray(self, value, node):
-        return value if np.ptp(value.rgb) == 0 and value.is_constant() else self.reader.combine(luminance, [value], node)
-
-    def glow(self, closures, opacity, share):
-        total, node = None, closures[0].node
-        for closure in closures:
-            color = closure.color if closure.weight is opacity else closure.weight_color(self.reader)
-            if closure.weight is not opacity:
-                color = Value(color.rgb / share, color.image, color.colors)
-            total = color if total is None else self.reader.combine(lambda a, b: a + b, [total, color], closure.node)
-        if total.colors is not None:
-            total = constant(*self.reader.even(total, node))
-        if np.any(total.rgb < 0):
+    def fit(self, surface):
+        opacity, radiance, node = surface.opacity, surface.radiance, surface.node
+        if not (opacity.is_constant() and opacity.rgb[0] == 1):
+            self.document["opacity"] = self.scalar(opacity, node, "value", "map")
+        self.solid(surface.reflection)
+        if np.any(radiance.rgb < 0):
             self.notices.node(node, "its negative emission is treated as 0")
-            total = Value(np.maximum(total.rgb, 0), total.image)
-        if np.all(total.rgb == 0):
-            return
-        self.document["emission"] = self.color(total, node, limit=None)
-        self.document["two_sided_emission"] = True
+            radiance = Value(np.maximum(radiance.rgb, 0), radiance.image, radiance.colors)
+        if not radiance.is_black():
+            self.document["emission"] = self.color(radiance, node, limit=None)
+            self.document["two_sided_emission"] = True
 
-    def solid(self, parts):
-        parts = [(c, share) for c, share in parts if share > 0]
-        total = sum(share for _, share in parts)
-        if total > 1 + 1e-6:
-            self.notices.node(parts[0][0].node, "the sum of shaders reflects more light than arrives. All of them are "
-                              "scaled down")
-            parts = [(c, share / total) for c, share in parts]
-        if not parts:
-            self.diffuse(constant(0.0), None)
-        elif len(parts) == 1:
-            self.single(*parts[0])
-        elif all(c.kind == "diffuse" for c, _ in parts):
-            self.diffuse(self.sum_of_colors(parts), parts[0][0].node, self.common_roughness(parts), mixed=True)
+    def solid(self, tree):
+        closures = [closure for closure in tree.leaves() if not closure.is_black()]
+        self.tinted = len({closure.color.colors for closure in closures}) == 1
+        if isinstance(tree, Closure):
+            self.document.update(self.one(tree))
+        elif any(closure.transmits() for closure in closures):
+            self.document.update(self.mean(tree, "Glass cannot be part of a mixture"))
+        elif len(tree.leaves()) > MOST_PARTS:
+            self.document.update(self.mean(tree, f"A mixture has at most {MOST_PARTS} shaders"))
         else:
-            self.mixture(parts)
+            self.document.update(self.part(tree))
 
-    def sum_of_colors(self, parts):
-        total = constant(0.0)
-        for closure, share in parts:
-            total = self.reader.combine(lambda a, b, share=share: a + share * b, [total, closure.color], closure.node)
-        return total
+    def part(self, tree):
+        """The document of a material, or of a part of a mixture."""
+        if isinstance(tree, Closure):
+            return self.one(tree)
+        return {"mixture": {"first": self.part(tree.first), "second": self.part(tree.second),
+                            **self.scalar(tree.share, tree.node, "factor")}}
 
-    def common_roughness(self, parts):
-        """The roughness that all diffuse closures have, or its mean, with a notice."""
-        given = [closure.numbers.get("roughness", constant(0.0)) for closure, _ in parts]
-        if all(value.rgb[0] == given[0].rgb[0] and value.image == given[0].image and value.colors == given[0].colors for value in given):
-            return given[0]
-        self.notices.here("its diffuse shaders get the mean of their roughnesses")
+    def mean(self, tree, reason):
+        """One principled material instead of a mixture. Adds colours, and averages the other parameters."""
+        parts = [(closure, share) for closure, share in mean_weights(self.reader, tree) if share > 0 and not closure.is_black()]
+        if not parts:
+            return self.one(diffuse(constant(0.0)))
         total = sum(share for _, share in parts)
-        return constant(sum(float(self.reader.even(value, closure.node)[0]) * share / total
-                            for value, (closure, share) in zip(given, parts)))
+        if len(parts) == 1:
+            closure = parts[0][0]
+            self.notices.node(closure.node, f"its share {total:.3g} scales only its colour")
+            return self.principled(closure.node, closure.scaled(total).color, self.as_principled(closure))
+        names = ", ".join(sorted({closure.node.name for closure, _ in parts}))
+        self.notices.here(f"the mixture of {names} is replaced by one principled material with their mean colour. {reason}")
+        params = [(self.as_principled(closure), share / total, closure) for closure, share in parts]
+        mean = {name: sum(p[name] * share for p, share, _ in params)
+                for name in ("transmission", "specular", "ior", "coat", "coat_roughness")}
+        shiny = [one for one in params if one[2].kind != "diffuse"] or params
+        for name, chosen in (("metallic", params), ("roughness", shiny)):
+            mean[name] = constant(sum(float(self.reader.even(p[name], c.node)[0]) * share for p, share, c in chosen)
+                                  / sum(share for _, share, _ in chosen))
+        mean["multiple"] = all(p["multiple"] for p, _, _ in params)
+        mean["lambert"] = all(p.get("lambert", False) for p, _, _ in params)
+        color = constant(0.0)
+        for p, share, closure in params:
+            color = self.reader.combine(lambda a, b, share=share: a + share * b, [color, closure.color], closure.node)
+            if closure.kind == "diffuse" and is_rough(closure.numbers["roughness"]):
+                self.notices.node(closure.node, "its roughness is left out of the mixture")
+            for name in ("anisotropy", "sheen"):
+                if p.get(name):
+                    self.notices.node(closure.node, f"its {name} is left out of the mixture")
+        return self.principled(parts[0][0].node, Value(color.rgb * min(total, 1.0), color.image), mean)
 
     # One closure.
 
-    def single(self, closure, share):
-        color = Value(closure.color.rgb * share, closure.color.image, closure.color.colors)
+    def one(self, closure):
+        if closure.is_black():
+            return {"diffuse": {"reflectance": {"rgb": [0.0, 0.0, 0.0]}}}
         if closure.kind == "diffuse":
-            self.diffuse(color, closure.node, closure.numbers.get("roughness"), mixed=share < 1 - 1e-6)
-        elif closure.kind == "glossy":
-            self.glossy(closure, color)
-        elif closure.kind == "glass" and share > 1 - 1e-6:
-            self.glass(closure, color)
-        elif closure.kind == "principled" and share > 1 - 1e-6:
-            self.principled(closure.node, color, closure.numbers)
-        else:
-            self.notices.node(closure.node, f"its share {share:.3g} scales only its colour")
-            params = self.as_principled(closure)
-            self.principled(closure.node, color, params)
+            return self.diffuse(closure)
+        if closure.kind == "glossy":
+            return self.glossy(closure)
+        if closure.kind == "glass":
+            return self.glass(closure)
+        return self.principled(closure.node, closure.color, closure.numbers)
 
-    def diffuse(self, color, node, roughness=None, mixed=False):
-        out = {"reflectance": self.color(color, node, vertex=True)}
-        if roughness is not None and is_rough(roughness):
-            out.update(self.scalar(roughness, node, "roughness"))
-            self.rough(not OLD_DIFFUSE)
-            if mixed and not OLD_DIFFUSE:  # light between facets is not linear in the colour
-                self.notices.here("its rough diffuse shaders are replaced by one with their mean colour")
-        self.document["diffuse"] = out
+    def diffuse(self, closure):
+        fields, rough = {"reflectance": self.color(closure.color, closure.node, vertex=True)}, closure.numbers["roughness"]
+        if not is_rough(rough):
+            return {"diffuse": fields}
+        return surface("diffuse", {**fields, **self.scalar(rough, closure.node, "roughness")}, closure.numbers["multiple"])
 
-    def glossy(self, closure, color):
-        rough = closure.numbers["roughness"]
+    def glossy(self, closure):
+        rough, color = closure.numbers["roughness"], closure.color
         if rough.is_constant() and rough.rgb[0] < LEAST_GLOSS:
-            self.document["mirror"] = {"reflectance": self.color(color, closure.node, vertex=True)}
-            return
-        self.principled(closure.node, *self.metal(closure, color))
-
-    def metal(self, closure, color):
-        """A metal with the mean reflectance of a glossy shader, whose own reflectance is the same at all angles."""
+            return {"mirror": {"reflectance": self.color(color, closure.node, vertex=True)}}
         if not np.all(color.rgb == 1) or color.image is not None:
             self.notices.node(closure.node, "it is brighter at grazing angles than in Blender, and darker elsewhere. The mean is "
                               "the same")
+            # Blender's is the same at all angles.
             color = Value(np.maximum((color.rgb - SCHLICK_MEAN) / (1 - SCHLICK_MEAN), 0), color.image, color.colors)
-        return color, self.as_principled(closure)
+        return self.principled(closure.node, color, self.as_principled(closure))
 
-    def glass(self, closure, color):
-        rough = closure.numbers["roughness"]
-        white = color.is_constant() and np.all(color.rgb == 1)
-        if not white:
+    def glass(self, closure):
+        rough, color = closure.numbers["roughness"], closure.color
+        if not (color.is_constant() and np.all(color.rgb == 1)):
             self.notices.node(closure.node, "left out: the colour of its reflections")
-            self.principled(closure.node, color, self.as_principled(closure))
-            return
+            return self.principled(closure.node, color, self.as_principled(closure))
         self.without_holes(closure.node)
-        out = {"ior": fitting_ior(closure.numbers["ior"])}
-        if not (rough.is_constant() and rough.rgb[0] == 0):
-            if OLD:
-                self.notices.node(closure.node, "this rough glass loses less light than in this version of Blender")
-            out.update(self.scalar(rough, closure.node, "roughness"))
-            self.rough(closure.numbers["multiple"])
-        self.document["dielectric"] = out
+        fields = {"ior": fitting_ior(closure.numbers["ior"])}
+        if not is_rough(rough):
+            return {"dielectric": fields}
+        if OLD:
+            self.notices.node(closure.node, "this rough glass loses less light than in this version of Blender")
+        return surface("dielectric", {**fields, **self.scalar(rough, closure.node, "roughness")}, closure.numbers["multiple"])
 
     def without_holes(self, node):
         if self.document.pop("opacity", None) is not None:
             self.notices.node(node, "left out: its opacity. Glass materials have none")
-
-    def rough(self, multiple):
-        if not multiple:
-            self.document["single_scattering"] = True
 
     def as_principled(self, closure):
         """The parameters of the principled shader that is nearest to a closure."""
@@ -277,10 +237,9 @@ class MaterialMaker:
                **self.sheen(color, node, numbers)}
         if burley and numbers["transmission"] < 1 and float(metallic.mean()[0]) < 1:
             out["burley_diffuse"] = True
-        self.document["principled"] = out
         if numbers["transmission"] > 0:
             self.without_holes(node)
-        self.rough(numbers["multiple"])
+        return surface("principled", out, numbers["multiple"])
 
     def anisotropic(self, node, roughness, anisotropy):
         """The roughness in the document, and the fields of the anisotropy."""
@@ -288,7 +247,9 @@ class MaterialMaker:
             return roughness, {}
         across, fields = parameters(anisotropy, float(np.clip(roughness.rgb[0], 0, 1)))
         if fields:
-            self.direction = anisotropy.direction
+            if self.direction not in (None, anisotropy.direction):
+                self.notices.node(node, "left out: the direction of its anisotropy. It is that of another shader")
+            self.direction = self.direction or anisotropy.direction
             if roughness.image is not None:
                 self.notices.node(node, "where its image makes it smoother, its highlights are longer than in Blender")
             if anisotropy.direction.kind == "UV" and 4 * anisotropy.rotation % 1 != 0:
@@ -317,51 +278,6 @@ class MaterialMaker:
             specular = min(specular * 0.04 / ((ior - 1) / (ior + 1)) ** 2, 1.0)
         return ior, specular
 
-    def lambert_factor(self, color, numbers):
-        """The factor of a principled shader's base colour in a mixture."""
-        diffuse_share = (1 - float(numbers["metallic"].mean()[0])) * (1 - numbers["transmission"])
-        rough = float(numbers["roughness"].mean()[0])
-        factor = 1 + diffuse_share * (diffuse_factor(rough, numbers["specular"]) - 1)
-        if abs(factor - 1) > 5e-3 and np.any(color.rgb > 0):
-            self.notices.add("Principled shaders in mixtures have Lambert's diffuse part. In this version of Blender it is "
-                             "Burley's. Their colours are scaled to reflect the same share of uniform light")
-        if color.image is None and np.any(color.rgb * factor > 1):
-            self.notices.here("its bright colour reflects more light than arrives in Blender, but not in Lightmill")
-        return factor
-
-    def mixture(self, parts):
-        """Makes one principled material of several closures. Adds shares and colours, and averages the other parameters."""
-        names = ", ".join(sorted({c.node.name for c, _ in parts}))
-        self.notices.here(f"the mixture of {names} is replaced by one principled material with their mean colour")
-        total = sum(share for _, share in parts)
-        params = [(self.as_principled(c), share / total, c) for c, share in parts]
-        mean = {}
-        for name in ("transmission", "specular", "ior", "coat", "coat_roughness"):
-            mean[name] = sum(p[name] * share for p, share, _ in params)
-        for name in ("metallic", "roughness"):
-            mean[name] = constant(sum(float(self.reader.even(p[name], c.node)[0]) * share for p, share, c in params))
-        shiny = [(p, share, c) for p, share, c in params if c.kind != "diffuse"]
-        if shiny:
-            weight = sum(share for _, share, _ in shiny)
-            mean["roughness"] = constant(sum(float(self.reader.even(p["roughness"], c.node)[0]) * share for p, share, c in shiny)
-                                         / weight)
-        mean["multiple"] = all(p["multiple"] for p, _, _ in params)
-        mean["lambert"] = True
-        color = constant(0.0)
-        for p, share, closure in params:
-            own = closure.color
-            if not p.get("lambert"):
-                factor = self.lambert_factor(own, p)
-                own = Value(own.rgb * factor, own.image, own.colors)
-            if closure.kind == "diffuse" and is_rough(closure.numbers.get("roughness", constant(0.0))):
-                self.notices.node(closure.node, "its roughness is left out of the mixture")
-            color = self.reader.combine(lambda a, b, share=share: a + share * b, [color, own], closure.node)
-            for name in ("anisotropy", "sheen"):
-                if p.get(name):
-                    self.notices.node(closure.node, f"its {name} is left out of the mixture")
-        scale = min(total, 1.0)
-        self.principled(parts[0][0].node, Value(color.rgb * scale, color.image, color.colors), mean)
-
     # Values in the document's form.
 
     def color(self, value, node, vertex=False, limit=1.0):
@@ -373,8 +289,10 @@ class MaterialMaker:
             self.notices.node(node, f"its colour is above {limit:g}, and is limited to that")
         rgb = rgb if limit is None else np.minimum(rgb, limit)
         out = {"rgb": [float(c) for c in rgb]}
-        if value.colors is not None and vertex:
+        if value.colors is not None and vertex and self.tinted:
             self.colors = value.colors
+        elif value.colors is not None:
+            self.notices.node(node, f"the colour attribute {value.colors} is replaced by white")
         if value.image is not None:
             use = value.image
             if use.channel != "COLOR":
@@ -384,15 +302,22 @@ class MaterialMaker:
 
     def scalar(self, value, node, name, map_name=None):
         """A number, and its map."""
+        if value.image is not None and value.rgb[0] > 1:  # texels may have room for it
+            value = self.reader.combine(lambda x: np.clip(x, 0, 1), [value], node)
         number = float(np.clip(value.rgb[0], 0, 1))
         if value.image is None or number == 0:
             return {name: number}
-        channel = value.image.channel if value.image.channel != "COLOR" else "LUMINANCE"
-        mapped = {"texture": self.uses.add(value.image, node), "channel": channel}
-        if map_name is not None:
-            return {name: number, map_name: mapped}
-        self.document[f"{name}_map"] = mapped
-        return {name: number}
+        use = value.image
+        if use.channel == "A" and use.pixels is not None:  # their files have no alpha
+            use = use.with_texels(use.texels())
+        channel = use.channel if use.channel != "COLOR" else "LUMINANCE"
+        return {name: number, map_name or f"{name}_map": {"texture": self.uses.add(use, node), "channel": channel}}
+
+
+def surface(kind, fields, multiple):
+    """The document of a kind. Maps stand beside it."""
+    maps = {name: fields.pop(name) for name in ("roughness_map", "metallic_map") if name in fields}
+    return {kind: fields, **maps, **({} if multiple else {"single_scattering": True})}
 
 
 def is_rough(value):
@@ -407,7 +332,3 @@ def hue(rgb):
 
 def fitting_ior(ior):
     return min(max(ior, 1e-3), 10.0)
-
-
-def black():
-    return {"rgb": [0, 0, 0]}

@@ -23,12 +23,24 @@ class Value:
     def is_constant(self):
         return self.image is None and self.colors is None
 
+    def is_black(self):
+        return bool(np.all(self.rgb == 0))
+
     def mean(self):
         return self.rgb if self.image is None else self.rgb * self.image.texels().reshape(-1, 3).mean(axis=0)
 
 
 def constant(*numbers):
     return Value(np.array(numbers * 3 if len(numbers) == 1 else numbers[:3], dtype=float))
+
+
+def equal(a, b):
+    """Whether two values, or two numbers, are the same everywhere."""
+    if not isinstance(a, Value):
+        return a == b
+    if (a.image is None) != (b.image is None) or a.colors != b.colors or not np.array_equal(a.rgb, b.rgb):
+        return False
+    return a.image is None or a.image.is_same(b.image)
 
 
 def luminance(rgb):
@@ -95,6 +107,16 @@ class ValueReader:
         if (a.image is None or b.image is None) and (a.colors is None or b.colors is None):
             return Value(a.rgb * b.rgb, a.image or b.image, a.colors or b.colors)
         return self.combine(lambda x, y: x * y, [a, b], node)
+
+    def blend(self, share, a, b, node):
+        """From `a` where the share is 0 to `b` where it is 1."""
+        if equal(a, b):
+            return a
+        if a.is_black():
+            return self.multiply(share, b, node)
+        if b.is_black():
+            return self.multiply(self.combine(lambda s: 1 - s, [share], node), a, node)
+        return self.combine(lambda s, x, y: (1 - s) * x + s * y, [share, a, b], node)
 
     def combine(self, function, values, node):
         """Applies `function` to the values. The last axis of its arguments has the three channels."""

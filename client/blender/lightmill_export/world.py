@@ -47,17 +47,9 @@ def read_radiance(world, notices):
     if end.inputs["Volume"].is_linked:
         notices.node(end.inputs["Volume"].links[0].from_node, "left out: Lightmill has no volume shaders")
     reader = ValueReader(notices)
-    total, last = constant(0.0), None
-    for closure in ClosureReader(reader).read(end.inputs["Surface"]):
-        if closure.kind != "emission":
-            notices.node(closure.node, "left out: a world has only background and emission shaders")
-            continue
-        radiance = closure.weight_color(reader)
-        total = radiance if last is None else reader.combine(lambda a, b: a + b, [total, radiance], closure.node)
-        last = closure.node
-    if total.colors is not None:
-        total = constant(*reader.even(total, last))
-    return total, last
+    radiance, node = ClosureReader(reader).radiance(end.inputs["Surface"],
+                                                    "left out: a world has only background and emission shaders")
+    return (radiance if radiance.colors is None else constant(*reader.even(radiance, node))), node
 
 
 def check(world, notices):

@@ -136,17 +136,29 @@ def insert(made, kind, socket, source=None, **inputs):
     return node
 
 
-def mixed(name, first, second, share):
-    """A Mix Shader of two kinds of nodes with their inputs."""
+def mixture(name, *tree):
+    """A material that is a mixture."""
     made = material(name)
-    tree = made.node_tree
-    mix = insert(made, "ShaderNodeMixShader", tree.nodes["Material Output"].inputs["Surface"])
-    mix.inputs[0].default_value = share
-    for slot, (kind, inputs) in ((1, first), (2, second)):
-        node = insert(made, NODES[kind], mix.inputs[slot])
-        for key, value in inputs.items():
-            node.inputs[key].default_value = value
+    add_shader(made, made.node_tree.nodes["Material Output"].inputs["Surface"], tree)
     return made
+
+
+def add_shader(made, socket, tree):
+    """Adds a shader (kind, inputs), or a mixture (first, second, share) of shaders or mixtures. The share is a number or an
+    image. Without it both are added."""
+    first, second, *share = tree
+    if isinstance(first, str):
+        node = insert(made, NODES[first], socket)
+        for key, value in second.items():
+            node.inputs[key].default_value = value
+        return
+    mix = insert(made, "ShaderNodeMixShader" if share else "ShaderNodeAddShader", socket)
+    if share and isinstance(share[0], bpy.types.Image):
+        textured(made, share[0], mix.inputs[0], "UV")
+    elif share:
+        mix.inputs[0].default_value = share[0]
+    for one, part in zip(mix.inputs[-2:], (first, second)):
+        add_shader(made, one, part)
 
 
 # Lights.
@@ -408,17 +420,50 @@ def emission():
 
 @case
 def transparent_mix():
-    veil = mixed("veil", ("BSDF_TRANSPARENT", {}), ("BSDF_DIFFUSE", {"Color": (0.7, 0.2, 0.2, 1)}), 0.4)
-    glow = mixed("glow", ("BSDF_TRANSPARENT", {}), ("EMISSION", {"Color": (0.2, 0.5, 1, 1), "Strength": 2}), 0.3)
+    veil = mixture("veil", ("BSDF_TRANSPARENT", {}), ("BSDF_DIFFUSE", {"Color": (0.7, 0.2, 0.2, 1)}), 0.4)
+    glow = mixture("glow", ("BSDF_TRANSPARENT", {}), ("EMISSION", {"Color": (0.2, 0.5, 1, 1), "Strength": 2}), 0.3)
     under_the_sky(ball=veil, block=glow)
 
 
 @case
 def diffuse_and_glossy_mix():
     same = {"Color": (0.6, 0.4, 0.2, 1)}
-    under_the_sky(ball=mixed("ball", ("BSDF_DIFFUSE", same), ("BSDF_GLOSSY", {**same, "Roughness": 0.3}), 0.4),
-                  block=mixed("block", ("BSDF_DIFFUSE", {"Color": (0.1, 0.3, 0.6, 1)}),
-                              ("BSDF_GLOSSY", {"Color": (0.9, 0.9, 0.9, 1), "Roughness": 0.2}), 0.2))
+    under_the_sky(ball=mixture("ball", ("BSDF_DIFFUSE", same), ("BSDF_GLOSSY", {**same, "Roughness": 0.3}), 0.4),
+                  block=mixture("block", ("BSDF_DIFFUSE", {"Color": (0.1, 0.3, 0.6, 1)}),
+                                ("BSDF_GLOSSY", {"Color": (0.9, 0.9, 0.9, 1), "Roughness": 0.2}), 0.2))
+
+
+@case
+def diffuse_and_glossy_sum():
+    under_the_sky(ball=mixture("ball", ("BSDF_DIFFUSE", {"Color": (0.1, 0.3, 0.6, 1)}),
+                               ("BSDF_GLOSSY", {"Color": gray(0.3), "Roughness": 0.2})),
+                  block=mixture("block", ("BSDF_DIFFUSE", {"Color": (0.5, 0.2, 0.1, 1)}), ("BSDF_DIFFUSE", {"Color": gray(0.2)})))
+
+
+PAINT = "BSDF_PRINCIPLED", {"Base Color": (0.1, 0.3, 0.7, 1), "Roughness": 0.3}
+IRON = "BSDF_PRINCIPLED", {"Base Color": (0.7, 0.65, 0.6, 1), "Metallic": 1.0, "Roughness": 0.2}
+RUST = "BSDF_PRINCIPLED", {"Base Color": (0.4, 0.15, 0.05, 1), "Roughness": 0.9, "Specular": 0.2}
+
+
+@case
+def principled_mix_by_image():
+    spots = image("spots", 64, lambda x, y: (min(max(2 * math.sin(19 * x) * math.sin(19 * y) + 0.5, 0), 1),) * 3 + (1,), data=True)
+    under_the_sky(ball=mixture("ball", PAINT, RUST, spots), block=mixture("block", IRON, RUST, spots))
+
+
+@case
+def three_way_mix():
+    spots = image("spots", 64, lambda x, y: (0.5 + 0.5 * math.sin(19 * x) * math.sin(19 * y),) * 3 + (1,), data=True)
+    dust = "BSDF_DIFFUSE", {"Color": (0.6, 0.5, 0.4, 1), "Roughness": 0.8}
+    under_the_sky(ball=mixture("ball", (PAINT, ("BSDF_GLOSSY", {"Color": gray(1), "Roughness": 0.1}), 0.2), dust, 0.3),
+                  block=mixture("block", (PAINT, RUST, spots), dust, 0.4))
+
+
+@case
+def emission_mix():
+    glow = "EMISSION", {"Color": (1, 0.5, 0.2, 1), "Strength": 2.0}
+    spots = image("spots", 64, lambda x, y: (float(math.sin(19 * x) * math.sin(19 * y) > 0.5),) * 3 + (1,), data=True)
+    under_the_sky(ball=mixture("ball", IRON, glow, 0.3), block=mixture("block", PAINT, glow, spots))
 
 
 # Textures.

@@ -265,19 +265,8 @@ class RoughDiffuse(unittest.TestCase):
         self.assertIn("'roughness_map': {'texture'", document)
         self.assertIn("'roughness': 1.0", document)
 
-    def test_beside_a_shader_of_another_kind_it_is_left_out_with_a_notice(self):
-        scene = Scene()
-        mix = scene.add("ShaderNodeMixShader")
-        part = scene.tree.nodes.new("ShaderNodeBsdfDiffuse")
-        part.inputs["Roughness"].default_value = 0.5
-        scene.tree.links.new(part.outputs[0], mix.inputs[1])
-        scene.tree.links.new(scene.add("ShaderNodeBsdfGlossy").outputs[0], mix.inputs[2])
-        scene.use(mix, mix.outputs[0])
-        _, notices = scene.export()
-        scene.close()
-        self.assertTrue(named(notices, "its roughness is left out of the mixture"), notices)
-
-    def test_a_mixture_of_two_roughnesses_has_the_mean_and_a_notice(self):
+    def test_different_roughnesses_make_a_mixture(self):
         document, notices = self.mixture(0.25, 0.75)
-        self.assertIn("'roughness': 0.5", document)
-        self.assertTrue(named(notices, "mean of their roughnesses"), notices)
+        self.assertIn("'roughness': 0.25", document)
+        self.assertIn("'roughness': 0.75", document)
+        self.assertEqual(notices, [])

@@ -1,0 +1,354 @@
+"""Runs in Blender. Mix Shader and Add Shader nodes as mixtures of materials, with weights computed by hand."""
+import os
+import tempfile
+import unittest
+
+import bpy
+import numpy as np
+
+from lightmill_export.images import ImageFiles
+from lightmill_export.materials import MaterialMaker
+from lightmill_export.notices import Notices
+from lightmill_export.textures import Textures
+
+FOLDER = tempfile.mkdtemp(prefix="lightmill-mixtures-")
+OLD = bpy.app.version < (4, 0, 0)
+RED, BLUE, WHITE = (0.75, 0.25, 0.125), (0.125, 0.25, 0.5), (1, 1, 1)
+
+
+class Nodes:
+    """Shader nodes of a material. Each method returns an output."""
+
+    def __init__(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self.material = bpy.data.materials.new("the material")
+        self.material.use_nodes = True
+        self.tree = self.material.node_tree
+        self.tree.nodes.clear()
+        self.end = self.tree.nodes.new("ShaderNodeOutputMaterial")
+
+    def add(self, kind, *linked, **inputs):
+        """A node with the inputs by name. `linked` are outputs for its first inputs that are shaders."""
+        node = self.tree.nodes.new(f"ShaderNode{kind}")
+        sockets = iter([one for one in node.inputs if one.type == "SHADER"])
+        for output in linked:
+            self.tree.links.new(output, next(sockets))
+        for name, value in inputs.items():
+            socket = node.inputs[name.replace("_", " ")]
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, socket)
+            else:
+                socket.default_value = (*value, 1) if isinstance(value, tuple) else value
+        return node.outputs[0]
+
+    def mix(self, first, second, factor):
+        return self.add("MixShader", first, second, Fac=factor)
+
+    def sum(self, first, second):
+        return self.add("AddShader", first, second)
+
+    def diffuse(self, color, **inputs):
+        return self.add("BsdfDiffuse", Color=color, **inputs)
+
+    def glossy(self, color=WHITE, roughness=0.5):
+        out = self.add("BsdfGlossy", Color=color, Roughness=roughness)
+        out.node.distribution = "GGX"
+        return out
+
+    def principled(self, color=WHITE, **inputs):
+        return self.add("BsdfPrincipled", Base_Color=color, **inputs)
+
+    def math(self, operation, first, second=0.0):
+        node = self.tree.nodes.new("ShaderNodeMath")
+        node.operation = operation
+        self.tree.links.new(first, node.inputs[0])
+        node.inputs[1].default_value = second
+        return node.outputs[0]
+
+    def image(self, name, *texels):
+        """An image of one row."""
+        picture = bpy.data.images.new(name, len(texels), 1, float_buffer=True, is_data=True)
+        picture.pixels.foreach_set([float(c) for texel in texels for c in (*(texel if isinstance(texel, tuple) else (texel,) * 3), 1)])
+        node = self.tree.nodes.new("ShaderNodeTexImage")
+        node.image = picture
+        return node.outputs[0]
+
+    def export(self, output):
+        self.tree.links.new(output, self.end.inputs["Surface"])
+        self.notices = Notices()
+        self.notices.about = "material the material"
+        textures = Textures(ImageFiles(FOLDER), self.notices)
+        self.made = MaterialMaker("the material", textures, self.notices).make(self.material)
+        self.textures = {one["name"]: one["file"] for one in textures.documents}
+        return self.made.document
+
+    def texels(self, texture):
+        """The row of a texture: its first channel."""
+        with open(os.path.join(FOLDER, self.textures[texture]), "rb") as file:
+            lines = file.read().split(b"\n", 3)
+        return np.frombuffer(lines[3], dtype="<f4").reshape(-1, 3)[:, 0]
+
+
+def parts(document, weight=1.0):
+    """(weight, part) of each part of a material."""
+    if "mixture" not in document:
+        return [(weight, document)]
+    mixed = document["mixture"]
+    return parts(mixed["first"], weight * (1 - mixed["factor"])) + parts(mixed["second"], weight * mixed["factor"])
+
+
+def reflected(document):
+    """What a material reflects of uniform light: by diffuse parts, and by metal, whose mean is F0 + (1 − F0) / 21."""
+    matt, metal = np.zeros(3), np.zeros(3)
+    for weight, part in parts(document):
+        if "diffuse" in part:
+            matt += weight * np.array(part["diffuse"]["reflectance"]["rgb"])
+        else:
+            f0 = np.array(part["principled"]["base_color"]["rgb"])
+            metal += weight * (f0 + (1 - f0) / 21)
+    return matt, metal
+
+
+class Mixtures(unittest.TestCase):
+    def setUp(self):
+        self.nodes = Nodes()
+
+    def assert_notices(self, *expected):
+        texts = self.nodes.notices.texts
+        self.assertEqual(len(texts), len(expected), texts)
+        for text, part in zip(texts, expected):
+            self.assertIn(part, text)
+
+    def assert_weights(self, document, expected):
+        """`expected`: (weight, kind, its colour)."""
+        found = []
+        for weight, part in parts(document):
+            kind = next(name for name in ("diffuse", "mirror", "principled") if name in part)
+            found.append((weight, kind, part[kind].get("reflectance", part[kind].get("base_color"))["rgb"]))
+        self.assertEqual([one[1] for one in found], [one[1] for one in expected])
+        for (weight, _, color), (expected_weight, _, expected_color) in zip(found, expected):
+            self.assertAlmostEqual(weight, expected_weight, 6)
+            np.testing.assert_allclose(color, expected_color, atol=1e-6)
+
+    def test_both_shaders_are_parts_with_their_own_fields(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED, Roughness=0.5), n.glossy(roughness=0.25), 0.25))
+        self.assertEqual(document["mixture"]["factor"], 0.25)
+        first, second = document["mixture"]["first"], document["mixture"]["second"]
+        self.assertEqual(first["diffuse"], {"reflectance": {"rgb": list(RED)}, "roughness": 0.5})
+        self.assertEqual(first.get("single_scattering", False), bpy.app.version < (4, 3, 0))
+        self.assertEqual((second["principled"]["metallic"], second["principled"]["roughness"]), (1, 0.25))
+        self.assertEqual(second["principled"]["base_color"], {"rgb": [1, 1, 1]})
+        self.assertTrue(second["single_scattering"])
+        self.assertEqual(document.keys(), {"name", "mixture"})
+        self.assert_notices()
+
+    def test_nested_mixtures_multiply_their_factors(self):
+        n = self.nodes
+        inner = n.mix(n.diffuse(RED), n.glossy(), 0.25)
+        document = n.export(n.mix(inner, n.principled(BLUE), 0.5))
+        self.assert_weights(document, [(0.375, "diffuse", RED), (0.125, "principled", WHITE), (0.5, "principled", BLUE)])
+        document = n.export(n.mix(n.principled(BLUE), inner, 0.5))
+        self.assert_weights(document, [(0.5, "principled", BLUE), (0.375, "diffuse", RED), (0.125, "principled", WHITE)])
+        self.assert_notices()
+
+    def test_a_shader_that_counts_twice_is_one_part(self):
+        n = self.nodes
+        shiny = n.principled(BLUE)
+        document = n.export(n.mix(n.mix(shiny, n.glossy(), 0.25), shiny, 0.5))
+        self.assert_weights(document, [(0.875, "principled", BLUE), (0.125, "principled", WHITE)])
+        document = n.export(n.mix(n.principled(BLUE), n.principled(BLUE), n.image("mask", 0, 0.5)))
+        self.assert_weights(document, [(1, "principled", BLUE)])
+        self.assert_notices()
+
+    def test_smooth_diffuse_shaders_stay_one_material(self):
+        n = self.nodes
+        document = n.export(n.mix(n.mix(n.diffuse(RED), n.glossy(), 0.5), n.diffuse(BLUE), 0.5))
+        self.assert_weights(document, [(0.75, "diffuse", (0.25 / 0.75 * np.array(RED) + 0.5 / 0.75 * np.array(BLUE))),
+                                       (0.25, "principled", WHITE)])
+        document = n.export(n.mix(n.diffuse(RED), n.diffuse(BLUE), 0.25))
+        self.assert_weights(document, [(1, "diffuse", (0.59375, 0.25, 0.21875))])
+        self.assert_notices()
+
+    def test_the_factor_is_the_image_itself(self):
+        n = self.nodes
+        for scale in (1, 0.5):
+            mask = n.image("mask", 0, 0.5, 1)
+            mask = mask if scale == 1 else n.math("MULTIPLY", mask, scale)
+            document = n.export(n.mix(n.diffuse(RED), n.glossy(), mask))
+            name = document["mixture"]["factor_map"]["texture"]
+            self.assertEqual((document["mixture"]["factor"], len(n.textures)), (scale, 1))
+            np.testing.assert_allclose(n.texels(name), (0, 0.5, 1))
+            self.assert_notices()
+
+    def test_a_factor_from_alpha_names_the_channel(self):
+        n = self.nodes
+        mask = n.image("mask", 0, 1).node.outputs["Alpha"]
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(), mask))
+        self.assertEqual(document["mixture"]["factor_map"]["channel"], "A")
+
+    def test_the_alpha_of_a_premultiplied_image_is_the_opacity(self):
+        n = self.nodes
+        picture = bpy.data.images.new("leaf", 2, 1, alpha=True)
+        picture.pixels.foreach_set([0.2, 0.2, 0.2, 0.6, 0, 0, 0, 0])
+        picture.alpha_mode = "PREMUL"
+        node = n.tree.nodes.new("ShaderNodeTexImage")
+        node.image = picture
+        document = n.export(n.principled(node.outputs["Color"], Alpha=node.outputs["Alpha"]))
+        alpha = document["opacity"]["map"]
+        self.assertEqual(alpha["channel"], "LUMINANCE")
+        np.testing.assert_allclose(n.texels(alpha["texture"]), (0.6, 0), rtol=1e-6)
+
+    def test_a_factor_above_1_counts_as_1(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(), n.math("MULTIPLY", n.image("mask", 0, 0.25, 1), 2)))
+        self.assertEqual(document["mixture"]["factor"], 1)
+        np.testing.assert_allclose(n.texels(document["mixture"]["factor_map"]["texture"]), (0, 0.5, 1))
+
+    def test_factors_and_colours_of_different_sizes_are_not_averaged(self):
+        n = self.nodes
+        inner = n.mix(n.diffuse(n.image("bricks", RED, BLUE, RED)), n.diffuse(n.image("moss", BLUE)), n.image("dirt", 0, 1))
+        document = n.export(n.mix(inner, n.glossy(), n.image("wear", 0, 0.25, 0.5, 1)))
+        outer, inner = document["mixture"], document["mixture"]["first"]["mixture"]
+        np.testing.assert_allclose(n.texels(outer["factor_map"]["texture"]), (0, 0.25, 0.5, 1))
+        np.testing.assert_allclose(n.texels(inner["factor_map"]["texture"]), (0, 1))
+        np.testing.assert_allclose(n.texels(inner["first"]["diffuse"]["reflectance"]["texture"]), (0.75, 0.125, 0.75))
+        np.testing.assert_allclose(n.texels(inner["second"]["diffuse"]["reflectance"]["texture"]), (0.125,))
+        self.assert_notices()
+
+    def test_two_maps_with_the_same_texels_are_one_texture(self):
+        n = self.nodes
+        roots = [n.math("SQRT", n.image("mask", 0, 0.25)) for _ in range(2)]
+        n.export(n.mix(n.mix(n.diffuse(RED), n.glossy(), roots[0]), n.principled(), roots[1]))
+        self.assertEqual(len(n.textures), 1)
+
+    def test_parts_keep_their_maps_and_details(self):
+        n = self.nodes
+        shiny = n.principled(RED, Roughness=n.image("scratches", 0.25, 0.5), Metallic=n.image("metal", 0, 1), **(
+            {"Sheen": 0.5} if OLD else {}))
+        brushed = n.add("BsdfAnisotropic", Color=WHITE, Roughness=0.5, Anisotropy=0.5)
+        document = n.export(n.mix(n.mix(shiny, brushed, 0.5), n.diffuse(BLUE), 0.5))
+        (_, first), (_, second), (_, third) = parts(document)
+        self.assertEqual(n.texels(first["roughness_map"]["texture"])[1], 0.5)
+        self.assertEqual(n.texels(first["metallic_map"]["texture"])[1], 1)
+        self.assertEqual(first["principled"].get("burley_diffuse", False), OLD)
+        self.assertEqual("sheen_color" in first["principled"], OLD)
+        self.assertGreater(second["principled"]["anisotropy"], 0)
+        self.assertEqual(third, {"diffuse": {"reflectance": {"rgb": list(BLUE)}}})
+        self.assertFalse({"roughness_map", "metallic_map", "single_scattering"} & document.keys())
+        self.assertFalse(any("of the mixture" in text for text in n.notices.texts), n.notices.texts)
+
+    def test_another_direction_of_anisotropy_is_named(self):
+        n = self.nodes
+        first, second = (n.add("BsdfAnisotropic", Color=WHITE, Roughness=0.5, Anisotropy=0.5) for _ in range(2))
+        tangent = n.add("Tangent")
+        tangent.node.axis = "X"
+        n.tree.links.new(tangent, second.node.inputs["Tangent"])
+        n.export(n.mix(first, second, 0.5))
+        self.assert_notices("It is that of another shader")
+
+    def test_a_shader_that_shines_takes_its_share_of_the_reflected_light(self):
+        n = self.nodes
+        shining = n.add("Emission", Color=(1, 0.5, 0.25), Strength=4.0)
+        document = n.export(n.mix(shining, n.mix(n.diffuse(RED), n.glossy(), 0.5), 0.75))
+        np.testing.assert_allclose(document["emission"]["rgb"], (1, 0.5, 0.25))
+        matt, metal = reflected(document)
+        np.testing.assert_allclose(matt, 0.375 * np.array(RED))
+        np.testing.assert_allclose(metal, np.full(3, 0.375))
+        self.assert_notices()
+        document = n.export(n.sum(shining, n.mix(n.diffuse(RED), n.glossy(), 0.5)))
+        self.assert_weights(document, [(0.5, "diffuse", RED), (0.5, "principled", WHITE)])
+        np.testing.assert_allclose(document["emission"]["rgb"], (4, 2, 1))
+        self.assert_notices()
+
+    def test_an_image_divides_a_surface_into_light_and_reflection(self):
+        n = self.nodes
+        document = n.export(n.mix(n.principled(RED), n.add("Emission", Strength=4.0), n.image("mask", 0, 0.5)))
+        self.assertEqual(document["mixture"]["second"], {"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}})
+        self.assertEqual(document["mixture"]["first"]["principled"]["base_color"], {"rgb": list(RED)})
+        for texture in (document["mixture"]["factor_map"]["texture"], document["emission"]["texture"]):
+            np.testing.assert_allclose(n.texels(texture), (0, 0.5))
+
+    def test_transparency_is_the_opacity_and_no_part(self):
+        n = self.nodes
+        veil, matt_and_metal = n.add("BsdfTransparent"), n.mix(n.diffuse(RED), n.glossy(), 0.25)
+        document = n.export(n.mix(veil, matt_and_metal, 0.5))
+        self.assertEqual(document["opacity"], {"value": 0.5})
+        self.assert_weights(document, [(0.75, "diffuse", RED), (0.25, "principled", WHITE)])
+        # Half of three quarters, and a quarter, are opaque: 0.625. The glossy quarter is 0.4 of it.
+        document = n.export(n.mix(n.mix(veil, n.diffuse(RED), 0.5), n.glossy(), 0.25))
+        self.assertAlmostEqual(document["opacity"]["value"], 0.625)
+        self.assert_weights(document, [(0.6, "diffuse", RED), (0.4, "principled", WHITE)])
+        mask = n.image("mask", 0, 0.5, 1)
+        document = n.export(n.mix(n.mix(veil, n.diffuse(RED), mask), n.mix(veil, n.glossy(), mask), 0.25))
+        np.testing.assert_allclose(n.texels(document["opacity"]["map"]["texture"]), (0, 0.5, 1))
+        self.assert_weights(document, [(0.75, "diffuse", RED), (0.25, "principled", WHITE)])
+        document = n.export(n.mix(n.mix(veil, n.diffuse(RED), mask), n.glossy(), 0.5))
+        np.testing.assert_allclose(n.texels(document["opacity"]["map"]["texture"]), (0.5, 0.75, 1))
+        np.testing.assert_allclose(n.texels(document["mixture"]["factor_map"]["texture"]), (1, 2 / 3, 0.5), rtol=1e-6)
+        self.assert_notices()
+
+    def test_a_sum_reflects_the_light_of_both(self):
+        n = self.nodes
+        document = n.export(n.sum(n.diffuse(BLUE), n.glossy((0.25, 0.5, 0.125))))
+        matt, metal = reflected(document)
+        np.testing.assert_allclose(matt, BLUE, atol=1e-6)
+        np.testing.assert_allclose(metal, (0.25, 0.5, 0.125), atol=1e-6)
+        self.assertFalse(any("more light" in text for text in n.notices.texts))
+        document = n.export(n.sum(n.diffuse(RED), n.diffuse((0.125, 0.25, 0.5))))
+        self.assert_weights(document, [(1, "diffuse", (0.875, 0.5, 0.625))])
+        self.assert_notices()
+
+    def test_a_sum_above_1_is_scaled_down(self):
+        n = self.nodes
+        document = n.export(n.sum(n.diffuse(RED), n.glossy()))
+        self.assert_weights(document, [(0.75 / 1.75, "diffuse", np.array(RED) / 0.75), (1 / 1.75, "principled", WHITE)])
+        self.assert_notices("more light than arrives")
+        document = n.export(n.sum(n.diffuse(RED), n.diffuse((0.5, 0.5, 0.5))))
+        self.assert_weights(document, [(1, "diffuse", np.array((1.25, 0.75, 0.625)) / 1.25)])
+        self.assert_notices("more light than arrives")
+
+    def test_vertex_colours_tint_all_parts_or_none(self):
+        n = self.nodes
+        paint = n.add("VertexColor")
+        paint.node.layer_name = "paint"
+        document = n.export(n.mix(n.diffuse(paint), n.glossy(paint), 0.25))
+        self.assertEqual(n.made.colors, "paint")
+        self.assertFalse(any("white" in text for text in n.notices.texts), n.notices.texts)
+        document = n.export(n.mix(n.add("Emission"), n.principled(paint), 0.25))
+        self.assertEqual(n.made.colors, "paint")
+        document = n.export(n.mix(n.diffuse(paint), n.glossy(), 0.25))
+        self.assertIsNone(n.made.colors)
+        self.assert_weights(document, [(0.75, "diffuse", WHITE), (0.25, "principled", WHITE)])
+        self.assert_notices("the colour attribute paint is replaced by white")
+
+    def test_more_than_16_shaders_are_one_material(self):
+        n = self.nodes
+        out = n.principled((0, 0, 0))
+        for i in range(1, 16):
+            out = n.mix(out, n.principled((i / 16, 0, 0)), 0.5)
+        document = n.export(out)
+        self.assertEqual(len(parts(document)), 16)
+        self.assert_notices()
+        document = n.export(n.mix(out, n.diffuse((0, 1, 0)), 0.5))
+        self.assertIn("principled", document)
+        self.assert_notices("A mixture has at most 16 shaders")
+
+    def test_glass_in_a_mixture_makes_one_material(self):
+        n = self.nodes
+        for clear in (n.add("BsdfGlass", Color=WHITE, Roughness=0.0, IOR=1.5), n.principled(Transmission=1.0)):
+            document = n.export(n.mix(clear, n.diffuse(RED), 0.25))
+            self.assertEqual(document["principled"]["transmission"], 0.75)
+            np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
+            self.assertTrue(any("Glass cannot be part of a mixture" in text for text in n.notices.texts))
+
+    def test_a_shader_without_weight_is_left_out_of_the_mean(self):
+        n = self.nodes
+        clear = n.mix(n.add("BsdfGlass", Color=WHITE), n.principled(Transmission=1.0), 0.5)
+        document = n.export(n.mix(n.add("Emission"), clear, n.image("mask", 0, 0)))
+        self.assertEqual(document["diffuse"]["reflectance"]["rgb"], [0, 0, 0])
+
+    def test_a_metal_is_a_part_whatever_its_transmission(self):
+        n = self.nodes
+        document = n.export(n.mix(n.principled(RED, Metallic=1.0, Transmission=1.0), n.diffuse(BLUE), 0.25))
+        self.assert_weights(document, [(0.75, "principled", RED), (0.25, "diffuse", BLUE)])
