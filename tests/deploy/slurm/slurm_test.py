@@ -300,7 +300,7 @@ class SlurmTest(unittest.TestCase):
     def end_autoscale(self, scaler, log):
         scaler.send_signal(signal.SIGTERM)
         self.assertEqual(scaler.wait(PATIENCE_S), 0, log.read_text())
-        self.assertIn("ends: ", log.read_text())
+        self.assertIn("ends. Workers left running", log.read_text())
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
     def test_as_many_workers_run_as_are_wanted(self):
