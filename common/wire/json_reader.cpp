@@ -168,6 +168,9 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     if (field_->cpp_type() != pb::FieldDescriptor::CPPTYPE_MESSAGE) {
       return wrong_type("an object");
     }
+    if (frames_.size() == kMaxDepth) {
+      return fail(cut_text(path_, 100), "objects and lists can be nested {} deep", kMaxDepth);
+    }
     frames_.push_back({Frame::Kind::fields, open_message(), nullptr, path_, {}, 0});
     return true;
   }
@@ -250,6 +253,8 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
+  static constexpr std::size_t kMaxDepth = 64;
+
   /// One open bracket.
   struct Frame {
     enum class Kind { fields, list, tuple };

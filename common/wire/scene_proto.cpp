@@ -69,12 +69,23 @@ Result<FilmSettings> film_from_wire(const v1::FilmSettings& film) {
   return out;
 }
 
+/// The parts of a mixture, or 1.
+std::size_t count_parts(const v1::Material& material) {
+  return material.has_mixture() ? count_parts(material.mixture().first()) + count_parts(material.mixture().second())
+                                : 1;
+}
+
 Status check_counts(const v1::Scene& scene) {
-  for (const auto& [field, count] : {std::pair{"materials", scene.materials_size()},
-                                     {"textures", scene.textures_size()},
-                                     {"objects", scene.objects_size()},
-                                     {"lights", scene.lights_size()}}) {
-    if (static_cast<std::size_t>(count) > kMaxSceneEntries) {
+  std::size_t materials = 0;
+  for (const v1::Material& material : scene.materials()) {
+    materials += count_parts(material);
+  }
+  const auto size = [](int count) { return static_cast<std::size_t>(count); };
+  for (const auto& [field, count] : {std::pair{"materials", materials},
+                                     {"textures", size(scene.textures_size())},
+                                     {"objects", size(scene.objects_size())},
+                                     {"lights", size(scene.lights_size())}}) {
+    if (count > kMaxSceneEntries) {
       return invalid_argument("{}: at most {} are possible, got {}", field, kMaxSceneEntries, count);
     }
   }

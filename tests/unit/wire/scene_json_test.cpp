@@ -224,6 +224,16 @@ TEST(SceneJson, AbsurdSizesAreNamed) {
             "(1000000000000000, 0, 0)");
 }
 
+TEST(SceneJson, DeepNestingIsRefused) {
+  std::string material = R"("mirror": {})";
+  for (int i = 0; i < 10'000; ++i) {
+    material = R"("mixture": {"first": {)" + material + "}}";
+  }
+  const std::string error = scene_error(document(kCamera, kFilm, R"([{"name": "red", )" + material + "}]", kObjects));
+  EXPECT_TRUE(error.ends_with("objects and lists can be nested 64 deep")) << error.substr(0, 300);
+  EXPECT_LT(error.size(), 200u);
+}
+
 TEST(SceneJson, UnknownMaterialsAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials,
                                  R"([{"material": "rad", "sphere": {"center": [0, 0, 0], "radius": 1}}])")),
