@@ -4,14 +4,13 @@
 #include <pty.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdlib>
 #include <regex>
 
 namespace lightmill {
 namespace {
 
-/// Bytes that a logger writes to a terminal as standard error.
+/// The line that a logger writes to a terminal as standard error.
 std::string line_in_a_terminal(const std::string& program) {
   int terminal = -1, side = -1;
   EXPECT_EQ(::openpty(&terminal, &side, nullptr, nullptr, nullptr), 0);
@@ -22,12 +21,14 @@ std::string line_in_a_terminal(const std::string& program) {
   spdlog::info("hello");
   ::dup2(before, STDERR_FILENO);
   spdlog::set_default_logger(logger);
-  std::array<char, 256> bytes{};
-  const ssize_t size = ::read(terminal, bytes.data(), bytes.size());
+  std::string line;  // the kernel passes it on in parts
+  for (char byte = 0; byte != '\n' && ::read(terminal, &byte, 1) == 1;) {
+    line += byte;
+  }
   for (const int each : {terminal, side, before}) {
     ::close(each);
   }
-  return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
+  return line;
 }
 
 TEST(Log, LevelsHaveColoursInATerminalUnlessNoColorIsSet) {
