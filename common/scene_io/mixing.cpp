@@ -39,10 +39,6 @@ Result<Material> mixed(const Material& first, const Material& second, double fac
     shown.opacity = {Opacity::Mode::blend, is_nothing(first) ? factor : 1 - factor, map};
     return shown;
   }
-  std::size_t parts = 0;
-  for (const Material* material : {&first, &second}) {
-    for_each_part(*material, [&](const Material&) { ++parts; });
-  }
   if (is_boundary(first) && is_boundary(second) && ior_of(first) != ior_of(second)) {
     return invalid_argument("glass with different indices of refraction cannot be mixed");
   }
@@ -65,7 +61,7 @@ Result<Material> mixed(const Material& first, const Material& second, double fac
     out.kind = DiffuseMaterial{{mean(x.r, y.r), mean(x.g, y.g), mean(x.b, y.b)}};
     return out;
   }
-  if (parts > kMaxMixtureParts) {
+  if (const std::size_t parts = count_parts(first) + count_parts(second); parts > kMaxMixtureParts) {
     return invalid_argument("at most {} materials can be mixed, got {}", kMaxMixtureParts, parts);
   }
   out.kind = MixtureMaterial{part_of(first), part_of(second), factor, map};

@@ -88,7 +88,11 @@ class Estimator {
     sum_.add(kOfScene, "what every scene takes");
     sum_.add(scene_.objects.size() * kOfObject, fmt::format("its {} objects", scene_.objects.size()));
     sum_.add(scene_.lights.size() * kOfLight, fmt::format("its {} lights", scene_.lights.size()));
-    sum_.add(scene_.materials.size() * kOfMaterial, fmt::format("its {} materials", scene_.materials.size()));
+    std::uint64_t rows = 0;
+    for (const Material& material : scene_.materials) {
+      rows += 2 * count_parts(material) - 1;  // the mixtures have rows, too
+    }
+    sum_.add(rows * kOfMaterial, fmt::format("its {} materials", scene_.materials.size()));
     LM_RETURN_IF_ERROR(add_meshes());
     for (const TextureImage& image : scene_.textures) {
       LM_RETURN_IF_ERROR(add_image(image.asset, image.file, "texture", 0));

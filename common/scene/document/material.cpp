@@ -30,6 +30,12 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
   return out;
 }
 
+std::size_t count_parts(const Material& material) {
+  std::size_t count = 0;
+  for_each_part(material, [&](const Material&) { ++count; });
+  return count;
+}
+
 bool has_maps(const Material& material) {
   if (const auto* mixture = std::get_if<MixtureMaterial>(&material.kind)) {
     return mixture->map.texture != kNoTexture || has_maps(*mixture->first) || has_maps(*mixture->second);

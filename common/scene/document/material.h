@@ -195,6 +195,8 @@ void for_each_part(const Material& material, const Visit& visit) {
     visit(material);
   }
 }
+/// The number of parts that are no mixtures, or 1.
+std::size_t count_parts(const Material& material);
 /// Whether `is` holds for some part.
 template <class Is>
 bool any_part(const Material& material, const Is& is) {

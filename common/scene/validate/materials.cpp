@@ -165,11 +165,8 @@ Status check_surface(const std::string& path, const Material& material) {
 }
 
 Status check_kind(const std::string& path, const Material& material) {
-  if (std::size_t parts = 0; std::holds_alternative<MixtureMaterial>(material.kind)) {
-    for_each_part(material, [&](const Material&) { ++parts; });
-    if (parts > kMaxMixtureParts) {
-      return invalid_argument("{}.mixture: at most {} parts are possible, got {}", path, kMaxMixtureParts, parts);
-    }
+  if (const std::size_t parts = count_parts(material); parts > kMaxMixtureParts) {
+    return invalid_argument("{}.mixture: at most {} parts are possible, got {}", path, kMaxMixtureParts, parts);
   }
   LM_RETURN_IF_ERROR(check_surface(path, material));
   LM_RETURN_IF_ERROR(check_opacity(path, material));
