@@ -7,8 +7,8 @@
 namespace lightmill {
 
 AnisotropyDirections::AnisotropyDirections(const MaterialRows& rows) {
-  for (const Material& material : rows.materials) {
-    const Anisotropy* anisotropy = anisotropy_of(material);
+  for (const auto& material : rows.materials) {
+    const Anisotropy* anisotropy = anisotropy_of(*material);
     const double angle = anisotropy != nullptr ? anisotropy->rotation_degrees * kPiDouble / 180 : 0;
     cosine_.push_back(static_cast<float>(cos_fixed(angle)));
     sine_.push_back(static_cast<float>(sin_fixed(angle)));

@@ -3,12 +3,12 @@
 namespace lightmill {
 namespace {
 
-Material part_of(const Material& owner, const Material& part) {
-  Material row = owner;
-  row.kind = part.kind;
-  row.roughness_map = part.roughness_map;
-  row.metallic_map = part.metallic_map;
-  row.single_scattering = part.single_scattering;
+std::shared_ptr<const Material> part_of(const Material& owner, const Material& part) {
+  auto row = std::make_shared<Material>(owner);
+  row->kind = part.kind;
+  row->roughness_map = part.roughness_map;
+  row->metallic_map = part.metallic_map;
+  row->single_scattering = part.single_scattering;
   return row;
 }
 
@@ -16,21 +16,20 @@ Material part_of(const Material& owner, const Material& part) {
 
 MaterialRows material_rows(const Scene& scene) {
   MaterialRows rows;
-  rows.materials = scene.materials;
-  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    rows.owners.push_back(static_cast<std::uint32_t>(i));
+  for (const Material& material : scene.materials) {
+    rows.owners.push_back(static_cast<std::uint32_t>(rows.materials.size()));
+    rows.materials.emplace_back(std::shared_ptr<const Material>(), &material);
   }
   // Parts that are mixtures follow in the same loop.
   for (std::size_t i = 0; i < rows.materials.size(); ++i) {
     std::array<std::uint32_t, 2>& parts = rows.parts.emplace_back();
-    const auto* const found = std::get_if<MixtureMaterial>(&rows.materials[i].kind);
-    if (found == nullptr) {
+    const auto* const mixture = std::get_if<MixtureMaterial>(&rows.materials[i]->kind);
+    if (mixture == nullptr) {
       continue;
     }
-    const MixtureMaterial mixture = *found;
     const Material& owner = scene.materials[rows.owners[i]];
-    for (const auto& [at, part] : {std::pair{0, mixture.first}, {1, mixture.second}}) {
-      parts[static_cast<std::size_t>(at)] = static_cast<std::uint32_t>(rows.materials.size());
+    for (const auto& [at, part] : {std::pair{&parts[0], mixture->first}, {&parts[1], mixture->second}}) {
+      *at = static_cast<std::uint32_t>(rows.materials.size());
       rows.materials.push_back(part_of(owner, *part));
       rows.owners.push_back(rows.owners[i]);
     }

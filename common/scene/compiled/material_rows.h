@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/scene/document.h"
@@ -10,8 +11,9 @@
 namespace lightmill {
 
 struct MaterialRows {
-  /// First the materials of the scene, then parts. A part has the emission, opacity and normal map of its mixture.
-  std::vector<Material> materials;
+  /// First the materials of the scene, which must outlive this, then parts. A part has the emission, opacity and normal
+  /// map of its mixture.
+  std::vector<std::shared_ptr<const Material>> materials;
   std::vector<std::uint32_t> owners;                ///< of each row: the scene's material that it is or belongs to
   std::vector<std::array<std::uint32_t, 2>> parts;  ///< of each row: the rows of a mixture's two parts, else 0
 };

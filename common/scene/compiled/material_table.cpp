@@ -30,7 +30,7 @@ MaterialTable::MaterialTable(const Scene& scene, const MaterialRows& rows, Textu
   const std::vector<std::string> groups = light_groups_of(scene);
   std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> of_kind{};  // so far
   for (std::size_t i = 0; i < rows.materials.size(); ++i) {
-    const Material& material = rows.materials[i];
+    const Material& material = *rows.materials[i];
     add(material, rows.parts[i], radiance[rows.owners[i]]);
     row_.push_back(of_kind[material.kind.index()]++);
     light_group_.push_back(number_of_group(groups, material.light_group));

@@ -6,9 +6,9 @@
 namespace lightmill {
 
 NormalMaps::NormalMaps(const Scene& scene, const MaterialRows& rows, double length_scale) {
-  for (const Material& material : rows.materials) {
-    const NormalMap& normal = material.normal_map;
-    const BumpMap& bump = material.bump_map;
+  for (const auto& material : rows.materials) {
+    const NormalMap& normal = material->normal_map;
+    const BumpMap& bump = material->bump_map;
     // The right side of an image is where its own first coordinate grows. This is against u if the image is scaled by a
     // negative factor, and elsewhere if it is rotated.
     std::array<double, 2> sign{1, 1};

@@ -31,7 +31,7 @@ TEST(MaterialRows, PartsFollowTheMaterialsAndHaveTheSurfaceOfTheirMixture) {
   EXPECT_EQ(rows.parts[1], (std::array<std::uint32_t, 2>{2, 3}));
   EXPECT_EQ(rows.parts[2], (std::array<std::uint32_t, 2>{4, 5}));
   for (const std::size_t i : {3, 4, 5}) {
-    const Material& row = rows.materials[i];
+    const Material& row = *rows.materials[i];
     EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(row.kind)) << i;
     EXPECT_EQ(row.emission, (TexturedColor{1, 2, 3})) << i;
     EXPECT_EQ(row.opacity.mode, Opacity::Mode::blend) << i;
