@@ -89,6 +89,12 @@ def replaced_by_diffuse(text):
     return read
 
 
+def translucent(self, inside):
+    out = self.one("diffuse", inside, {"roughness": constant(0.0), "multiple": not OLD_DIFFUSE}, constant(0.0))
+    out.reflection.transmittance = self.reader.color(inside.input("Color"))
+    return out
+
+
 def distribution(self, inside, exact):
     """Whether the shader has multiple scattering between microfacets."""
     kind = inside.node.distribution
@@ -150,8 +156,7 @@ def principled(self, inside):
 SHADERS = {
     "BSDF_DIFFUSE": diffuse, "BSDF_GLOSSY": glossy, "BSDF_ANISOTROPIC": glossy, "BSDF_GLASS": glass,
     "BSDF_REFRACTION": glass, "BSDF_TRANSPARENT": transparent, "BSDF_PRINCIPLED": principled, "EMISSION": emission,
-    "BACKGROUND": emission, "HOLDOUT": hold_out,
-    "BSDF_TRANSLUCENT": replaced_by_diffuse("No light passes through it"),
+    "BACKGROUND": emission, "HOLDOUT": hold_out, "BSDF_TRANSLUCENT": translucent,
     "SUBSURFACE_SCATTERING": replaced_by_diffuse("It has no subsurface scattering"),
     "BSDF_VELVET": replaced_by_diffuse("It has no sheen"), "BSDF_SHEEN": replaced_by_diffuse("It has no sheen"),
     "BSDF_TOON": replaced_by_diffuse("Its shading has no steps"),

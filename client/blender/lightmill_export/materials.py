@@ -1,5 +1,5 @@
 """Materials: surfaces (see mixtures.py) as the document's materials."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -116,7 +116,7 @@ class MaterialMaker:
 
     def solid(self, tree):
         closures = [closure for closure in tree.leaves() if not closure.is_black()]
-        self.tinted = len({closure.color.colors for closure in closures}) == 1
+        self.tinted = len({closure.color.colors for closure in closures if not closure.color.is_black()}) == 1
         if isinstance(tree, Closure):
             self.document.update(self.one(tree))
         elif any(closure.transmits() for closure in closures):
@@ -135,7 +135,8 @@ class MaterialMaker:
 
     def mean(self, tree, reason):
         """One principled material instead of a mixture. Adds colours, and averages the other parameters."""
-        parts = [(closure, share) for closure, share in mean_weights(self.reader, tree) if share > 0 and not closure.is_black()]
+        parts = [(self.opaque(closure), share) for closure, share in mean_weights(self.reader, tree)
+                 if share > 0 and not closure.is_black()]
         if not parts:
             return self.one(diffuse(constant(0.0)))
         total = sum(share for _, share in parts)
@@ -164,6 +165,14 @@ class MaterialMaker:
                     self.notices.node(closure.node, f"its {name} is left out of the mixture")
         return self.principled(parts[0][0].node, Value(color.rgb * min(total, 1.0), color.image), mean)
 
+    def opaque(self, closure):
+        """A closure that reflects what a sheet transmits."""
+        if closure.transmittance.is_black():
+            return closure
+        self.notices.node(closure.node, "the light that it transmits is reflected")
+        color = self.reader.combine(lambda a, b: np.clip(a + b, 0, 1), [closure.color, closure.transmittance], closure.node)
+        return replace(closure, color=color, transmittance=constant(0.0))
+
     # One closure.
 
     def one(self, closure):
@@ -179,6 +188,8 @@ class MaterialMaker:
 
     def diffuse(self, closure):
         fields, rough = {"reflectance": self.color(closure.color, closure.node, vertex=True)}, closure.numbers["roughness"]
+        if not closure.transmittance.is_black():
+            fields["transmittance"] = self.color(closure.transmittance, closure.node)
         if not is_rough(rough):
             return {"diffuse": fields}
         return surface("diffuse", {**fields, **self.scalar(rough, closure.node, "roughness")}, closure.numbers["multiple"])

@@ -50,6 +50,9 @@ class Nodes:
     def diffuse(self, color, **inputs):
         return self.add("BsdfDiffuse", Color=color, **inputs)
 
+    def translucent(self, color):
+        return self.add("BsdfTranslucent", Color=color)
+
     def glossy(self, color=WHITE, roughness=0.5):
         out = self.add("BsdfGlossy", Color=color, Roughness=roughness)
         out.node.distribution = "GGX"
@@ -320,6 +323,75 @@ class Mixtures(unittest.TestCase):
         document = n.export(n.mix(n.diffuse(paint), n.glossy(), 0.25))
         self.assertIsNone(n.made.colors)
         self.assert_weights(document, [(0.75, "diffuse", WHITE), (0.25, "principled", WHITE)])
+        self.assert_notices("the colour attribute paint is replaced by white")
+
+    def test_a_translucent_shader_is_a_sheet_that_reflects_nothing(self):
+        n = self.nodes
+        document = n.export(n.translucent(RED))
+        self.assertEqual(document["diffuse"], {"reflectance": {"rgb": [0, 0, 0]}, "transmittance": {"rgb": list(RED)}})
+        self.assertEqual(document.keys(), {"name", "diffuse"})
+        self.assert_notices()
+
+    def assert_sheet(self, part, reflectance, transmittance):
+        self.assertEqual(part.keys() - {"name"}, {"diffuse"})
+        self.assertEqual(part["diffuse"].keys(), {"reflectance", "transmittance"})
+        np.testing.assert_allclose(part["diffuse"]["reflectance"]["rgb"], reflectance, atol=1e-6)
+        np.testing.assert_allclose(part["diffuse"]["transmittance"]["rgb"], transmittance, atol=1e-6)
+
+    def test_smooth_diffuse_and_translucent_shaders_are_one_sheet(self):
+        n = self.nodes
+        for first, second, share in ((n.diffuse(RED), n.translucent(BLUE), 0.25), (n.translucent(BLUE), n.diffuse(RED), 0.75)):
+            self.assert_sheet(n.export(n.mix(first, second, share)), 0.75 * np.array(RED), 0.25 * np.array(BLUE))
+        document = n.export(n.mix(n.mix(n.diffuse(RED), n.glossy(), 0.5), n.translucent(BLUE), 0.5))
+        (sheet_weight, sheet), (shiny_weight, _) = parts(document)
+        self.assertAlmostEqual(sheet_weight, 0.75)
+        self.assertAlmostEqual(shiny_weight, 0.25)
+        self.assert_sheet(sheet, np.array(RED) / 3, np.array(BLUE) * 2 / 3)
+        veil = n.mix(n.add("BsdfTransparent"), n.mix(n.diffuse(RED), n.translucent(BLUE), 0.25), n.image("mask", 0, 1))
+        self.assert_sheet({key: value for key, value in n.export(veil).items() if key != "opacity"}, 0.75 * np.array(RED),
+                          0.25 * np.array(BLUE))
+        self.assert_notices()
+
+    def test_a_sheet_keeps_two_textures_of_different_sizes(self):
+        n = self.nodes
+        front, back = n.image("front", RED, BLUE, RED), n.image("back", (0.5, 0.25, 0), (1, 0, 0))
+        document = n.export(n.mix(n.diffuse(front), n.translucent(back), 0.25))
+        self.assert_sheet(document, (0.75,) * 3, (0.25,) * 3)
+        np.testing.assert_allclose(n.texels(document["diffuse"]["reflectance"]["texture"]), (0.75, 0.125, 0.75))
+        np.testing.assert_allclose(n.texels(document["diffuse"]["transmittance"]["texture"]), (0.5, 1))
+        self.assert_notices()
+
+    def test_a_sum_of_both_sides_is_a_sheet(self):
+        n = self.nodes
+        self.assert_sheet(n.export(n.sum(n.diffuse(BLUE), n.translucent((0.25, 0.5, 0.125)))), BLUE, (0.25, 0.5, 0.125))
+        self.assert_notices()
+        self.assert_sheet(n.export(n.sum(n.diffuse(RED), n.translucent((0.5, 0.5, 0.5)))), np.array(RED) / 1.25, (0.4, 0.4, 0.4))
+        self.assert_notices("more light than arrives")
+
+    def test_an_image_mixes_a_diffuse_and_a_translucent_part(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED), n.translucent(BLUE), n.image("mask", 0, 0.5, 1)))
+        self.assertEqual(document["mixture"]["first"], {"diffuse": {"reflectance": {"rgb": list(RED)}}})
+        self.assert_sheet(document["mixture"]["second"], (0, 0, 0), BLUE)
+        np.testing.assert_allclose(n.texels(document["mixture"]["factor_map"]["texture"]), (0, 0.5, 1))
+        self.assert_notices()
+
+    def test_a_rough_diffuse_and_a_translucent_shader_are_two_parts(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED, Roughness=0.5), n.translucent(BLUE), 0.25))
+        self.assertEqual(document["mixture"]["factor"], 0.25)
+        self.assertEqual(document["mixture"]["first"]["diffuse"], {"reflectance": {"rgb": list(RED)}, "roughness": 0.5})
+        self.assert_sheet(document["mixture"]["second"], (0, 0, 0), BLUE)
+        self.assert_notices()
+
+    def test_vertex_colours_tint_the_reflectance_of_a_sheet(self):
+        n = self.nodes
+        paint = n.add("VertexColor")
+        paint.node.layer_name = "paint"
+        self.assert_sheet(n.export(n.mix(n.diffuse(paint), n.translucent(BLUE), 0.25)), (0.75,) * 3, 0.25 * np.array(BLUE))
+        self.assertEqual(n.made.colors, "paint")
+        self.assert_notices()
+        self.assert_sheet(n.export(n.translucent(paint)), (0, 0, 0), WHITE)
         self.assert_notices("the colour attribute paint is replaced by white")
 
     def test_more_than_16_shaders_are_one_material(self):
