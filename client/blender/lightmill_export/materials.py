@@ -5,7 +5,7 @@ import numpy as np
 
 from .anisotropy import Direction, follows, parameters
 from .closures import ClosureReader
-from .mixtures import Closure, diffuse, mean_weights
+from .mixtures import Closure, Mixture, diffuse, mean_weights
 from .nodes import output_of
 from .normals import read_displacement, read_normal
 from .principled import OLD, SHEEN_COLOR, SHEEN_ROUGHNESS
@@ -117,14 +117,17 @@ class MaterialMaker:
     def solid(self, tree):
         closures = [closure for closure in tree.leaves() if not closure.is_black()]
         self.tinted = len({closure.color.colors for closure in closures if not closure.color.is_black()}) == 1
-        if isinstance(tree, Closure):
-            self.document.update(self.one(tree))
-        elif any(closure.transmits() for closure in closures):
-            self.document.update(self.mean(tree, "Glass cannot be part of a mixture"))
-        elif len(tree.leaves()) > MOST_PARTS:
-            self.document.update(self.mean(tree, f"A mixture has at most {MOST_PARTS} shaders"))
-        else:
-            self.document.update(self.part(tree))
+        obstacle = self.obstacle(tree, closures) if isinstance(tree, Mixture) else None
+        self.document.update(self.part(tree) if obstacle is None else self.mean(tree, obstacle))
+
+    def obstacle(self, tree, closures):
+        """Why a tree cannot be a mixture of the document. None if it can."""
+        indices = {fitting_ior(closure.numbers["ior"]) for closure in closures if closure.transmits()}
+        if len(indices) > 1:
+            return "Glass of one mixture has one index of refraction"
+        if indices and "opacity" in self.document:
+            return "A mixture with glass has no opacity"
+        return f"A mixture has at most {MOST_PARTS} shaders" if len(tree.leaves()) > MOST_PARTS else None
 
     def part(self, tree):
         """The document of a material, or of a part of a mixture."""

@@ -406,17 +406,79 @@ class Mixtures(unittest.TestCase):
         self.assertIn("principled", document)
         self.assert_notices("A mixture has at most 16 shaders")
 
-    def test_glass_in_a_mixture_makes_one_material(self):
+    def glass(self, ior=1.5, color=WHITE):
+        return self.nodes.add("BsdfGlass", Color=color, Roughness=0.0, IOR=ior)
+
+    def test_glass_is_a_part_of_a_mixture(self):
         n = self.nodes
-        for clear in (n.add("BsdfGlass", Color=WHITE, Roughness=0.0, IOR=1.5), n.principled(Transmission=1.0)):
-            document = n.export(n.mix(clear, n.diffuse(RED), 0.25))
-            self.assertEqual(document["principled"]["transmission"], 0.75)
-            np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
-            self.assertTrue(any("Glass cannot be part of a mixture" in text for text in n.notices.texts))
+        document = n.export(n.mix(self.glass(), n.diffuse(RED), n.image("frost", 0, 0.5, 1)))
+        self.assertEqual(document["mixture"]["first"], {"dielectric": {"ior": 1.5}})
+        self.assertEqual(document["mixture"]["second"], {"diffuse": {"reflectance": {"rgb": list(RED)}}})
+        np.testing.assert_allclose(n.texels(document["mixture"]["factor_map"]["texture"]), (0, 0.5, 1))
+        self.assertEqual(document.keys(), {"name", "mixture"})
+        self.assert_notices()
+
+    def test_glass_of_one_index_keeps_its_parts(self):
+        n = self.nodes
+        clear = n.mix(self.glass(), self.glass(color=BLUE), 0.5)
+        document = n.export(n.mix(clear, n.principled(RED, Transmission=0.75, IOR=1.5), 0.25))
+        found = parts(document)
+        np.testing.assert_allclose([weight for weight, _ in found], (0.375, 0.375, 0.25))
+        self.assertEqual(found[0][1], {"dielectric": {"ior": 1.5}})
+        for (_, part), color, transmission in zip(found[1:], (BLUE, RED), (1, 0.75)):
+            self.assertEqual(part["principled"]["base_color"]["rgb"], list(color))
+            self.assertEqual((part["principled"]["transmission"], part["principled"]["ior"]), (transmission, 1.5))
+
+    def test_glass_and_emission_by_an_image_are_a_mixture_with_a_black_part(self):
+        n = self.nodes
+        document = n.export(n.mix(self.glass(), n.add("Emission", Strength=4.0), n.image("mask", 0, 0.5)))
+        self.assertEqual(document["mixture"]["first"], {"dielectric": {"ior": 1.5}})
+        self.assertEqual(document["mixture"]["second"], {"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}})
+        self.assertEqual(document["emission"]["rgb"], [4, 4, 4])
+        self.assert_notices()
+
+    def test_glass_of_two_indices_makes_one_material(self):
+        n = self.nodes
+        document = n.export(n.mix(n.mix(self.glass(1.25), self.glass(1.75), 0.5), n.diffuse(RED), 0.25))
+        self.assertEqual((document["principled"]["transmission"], document["principled"]["ior"]), (0.75, 0.75 * 1.5 + 0.25 * 1.5))
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
+        self.assert_notices("Glass of one mixture has one index of refraction")
+
+    def test_a_mixture_of_glass_with_an_opacity_makes_one_material(self):
+        n = self.nodes
+        inner = n.mix(self.glass(), n.diffuse(RED), 0.25)
+        document = n.export(n.mix(n.add("BsdfTransparent"), inner, n.image("mask", 0, 1)))
+        self.assertEqual(document["principled"]["transmission"], 0.75)
+        self.assertNotIn("opacity", document)
+        self.assert_notices("A mixture with glass has no opacity", "left out: its opacity")
+
+    def test_glass_that_casts_no_shadows_is_glass(self):
+        n = self.nodes
+        for output in ("Is Shadow Ray", "Is Diffuse Ray"):
+            is_shadow = n.add("LightPath").node.outputs[output]
+            for factor in (is_shadow, n.math("MULTIPLY", is_shadow, 0.5)):
+                document = n.export(n.mix(self.glass(), n.add("BsdfTransparent"), factor))
+                self.assertEqual(document, {"name": "the material", "dielectric": {"ior": 1.5}})
+                self.assert_notices(f"{output} is treated as 0")
+
+    def test_a_mixture_with_glass_that_casts_no_shadows_has_no_opacity(self):
+        n = self.nodes
+        is_shadow = n.add("LightPath").node.outputs["Is Shadow Ray"]
+        document = n.export(n.mix(n.mix(self.glass(), n.diffuse(RED), 0.25), n.add("BsdfTransparent"), is_shadow))
+        self.assertEqual(document["mixture"]["factor"], 0.25)
+        self.assertEqual(document["mixture"]["first"], {"dielectric": {"ior": 1.5}})
+        self.assert_notices("Is Shadow Ray is treated as 0")
+
+    def test_a_translucent_shader_reflects_in_a_mean(self):
+        n = self.nodes
+        clear = n.mix(self.glass(1.25), self.glass(1.75), 0.5)
+        document = n.export(n.mix(clear, n.translucent(RED), 0.25))
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
+        self.assert_notices("the light that it transmits is reflected", "Glass of one mixture has one index of refraction")
 
     def test_a_shader_without_weight_is_left_out_of_the_mean(self):
         n = self.nodes
-        clear = n.mix(n.add("BsdfGlass", Color=WHITE), n.principled(Transmission=1.0), 0.5)
+        clear = n.mix(n.add("BsdfGlass", Color=WHITE, IOR=1.25), n.principled(Transmission=1.0), 0.5)
         document = n.export(n.mix(n.add("Emission"), clear, n.image("mask", 0, 0)))
         self.assertEqual(document["diffuse"]["reflectance"]["rgb"], [0, 0, 0])
 
