@@ -3,6 +3,7 @@ import bpy
 import numpy as np
 
 from . import anisotropy
+from .fresnel import fresnel_of
 from .mixtures import Closure, Surface, add, black, diffuse as matt, mix
 from .nodes import Input, Node
 from .values import Value, constant, luminance
@@ -26,10 +27,7 @@ class ClosureReader:
             return black()
         inside = Node(node, groups)
         if node.type == "MIX_SHADER":
-            factor = self.factor(inside)
-            if factor.is_constant() and factor.rgb[0] in (0, 1):
-                return self.walk(inside.input(1 if factor.rgb[0] == 0 else 2))
-            return mix(self.reader, node, factor, self.walk(inside.input(1)), self.walk(inside.input(2)))
+            return self.mixed(inside)
         if node.type == "ADD_SHADER":
             return add(self.reader, node, self.walk(inside.input(0)), self.walk(inside.input(1)))
         if node.type in SHADERS:
@@ -38,6 +36,20 @@ class ClosureReader:
             return surface
         self.notices.node(node, "left out: Lightmill has no such shader, and shows black")
         return black(node)
+
+    def mixed(self, inside):
+        fresnel = fresnel_of(self.reader, inside.input(0))
+        if fresnel is not None:
+            first, second = self.walk(inside.input(1)), self.walk(inside.input(2))
+            plastic = fresnel.plastic(self.notices, first, second)
+            if plastic is None:
+                return mix(self.reader, inside.node, self.factor(inside), first, second)
+            self.normals += [normal for normal in [fresnel.normal()] if normal is not None]
+            return plastic
+        factor = self.factor(inside)
+        if factor.is_constant() and factor.rgb[0] in (0, 1):
+            return self.walk(inside.input(1 if factor.rgb[0] == 0 else 2))
+        return mix(self.reader, inside.node, factor, self.walk(inside.input(1)), self.walk(inside.input(2)))
 
     def factor(self, inside):
         factor = self.reader.scalar(inside.input(0))

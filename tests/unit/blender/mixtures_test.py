@@ -406,6 +406,77 @@ class Mixtures(unittest.TestCase):
         self.assertIn("principled", document)
         self.assert_notices("A mixture has at most 16 shaders")
 
+    def test_diffuse_and_glossy_by_fresnel_are_plastic(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(roughness=0.25), n.add("Fresnel", IOR=1.75)))
+        plastic = document["principled"]
+        self.assertEqual(plastic["base_color"], {"rgb": list(RED)})
+        self.assertEqual({name: plastic[name] for name in ("roughness", "ior", "specular", "metallic", "transmission", "coat")},
+                         {"roughness": 0.25, "ior": 1.75, "specular": 0.5, "metallic": 0, "transmission": 0, "coat": 0})
+        self.assertNotIn("burley_diffuse", plastic)
+        self.assertNotIn("mixture", document)
+        self.assert_notices()
+        # Blend 0.5 is an index of 1 / (1 - 0.5).
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(), n.add("LayerWeight", Blend=0.5)))
+        self.assertEqual((document["principled"]["ior"], document["principled"]["specular"]), (2, 0.5))
+        self.assert_notices()
+
+    def test_a_grey_gloss_of_plastic_absorbs_light(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED), n.glossy((0.5, 0.5, 0.5)), n.add("Fresnel", IOR=1.5)))
+        self.assertEqual(document["principled"]["specular"], 0.25)
+        # An index of 1.5 reflects 0.0918 of uniform light (Walsh). The base gets the rest.
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], np.array(RED) * (1 - 0.0918) / (1 - 0.5 * 0.0918),
+                                   rtol=1e-3)
+        self.assert_notices()
+
+    def test_plastic_keeps_images_and_is_a_part(self):
+        n = self.nodes
+        shiny = n.glossy(roughness=n.image("scratches", 0.25, 0.5))
+        plastic = n.mix(n.diffuse(n.image("bricks", RED, BLUE)), shiny, n.add("Fresnel", IOR=1.5))
+        document = n.export(n.mix(n.add("BsdfTransparent"), plastic, 0.5))
+        np.testing.assert_allclose(n.texels(document["principled"]["base_color"]["texture"]), (0.75, 0.125))
+        np.testing.assert_allclose(n.texels(document["roughness_map"]["texture"]), (0.25, 0.5))
+        self.assertEqual(document["opacity"], {"value": 0.5})
+        self.assert_notices()
+        document = n.export(n.mix(plastic, n.diffuse(RED, Roughness=0.5), 0.25))
+        self.assertEqual(document["mixture"]["factor"], 0.25)
+        self.assertEqual(document["mixture"]["first"]["principled"]["specular"], 0.5)
+
+    def test_plastic_has_the_normals_of_its_shaders(self):
+        n = self.nodes
+        bumps = n.add("NormalMap", Color=n.image("normals", (0.5, 0.5, 1)))
+        fresnel = n.add("Fresnel", IOR=1.5, Normal=bumps)
+        shiny = n.glossy()
+        n.tree.links.new(bumps, shiny.node.inputs["Normal"])
+        document = n.export(n.mix(n.diffuse(RED, Normal=bumps), shiny, fresnel))
+        self.assertIn("normal_map", document)
+        self.assert_notices("brighter than in Blender")
+        fresnel = n.add("Fresnel", IOR=1.5, Normal=bumps)
+        n.export(n.mix(n.diffuse(RED), n.glossy(), fresnel))
+        self.assertTrue(any("different normals" in text for text in n.notices.texts))
+
+    def test_the_base_of_plastic_is_smooth(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED, Roughness=0.5), n.glossy(), n.add("Fresnel", IOR=1.5)))
+        self.assertEqual(document["principled"]["base_color"], {"rgb": list(RED)})
+        self.assert_notices("its roughness is treated as 0, because it is the base of plastic")
+
+    def test_other_mixtures_by_fresnel_have_its_mean(self):
+        n = self.nodes
+        metal = n.glossy((1, 0.5, 0.25))
+        anisotropic = n.add("BsdfAnisotropic", Color=WHITE, Roughness=0.5, Anisotropy=0.5)
+        for first, second, ior in ((n.diffuse(RED), metal, 1.5), (n.glossy(), n.diffuse(RED), 1.5), (n.diffuse(RED), n.principled(), 1.5),
+                                   (n.translucent(RED), n.glossy(), 1.5), (n.diffuse(RED), anisotropic, 1.5),
+                                   (n.diffuse(RED), n.glossy(), 0.75), (n.diffuse(RED), n.glossy(), 20.0)):
+            document = n.export(n.mix(first, second, n.add("Fresnel", IOR=ior)))
+            self.assertIn("mixture", document)
+            self.assertTrue(any("it depends on the view. Its mean" in text for text in n.notices.texts))
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(), n.add("LayerWeight", Blend=0.5).node.outputs["Facing"]))
+        self.assertIn("mixture", document)
+        # The mean of 1 - cos over the cosine-weighted hemisphere is 1 / 3.
+        self.assertAlmostEqual(document["mixture"]["factor"], 1 / 3, 4)
+
     def glass(self, ior=1.5, color=WHITE):
         return self.nodes.add("BsdfGlass", Color=color, Roughness=0.0, IOR=ior)
 
