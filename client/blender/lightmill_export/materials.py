@@ -113,6 +113,8 @@ class MaterialMaker:
         if not radiance.is_black():
             self.document["emission"] = self.color(radiance, node, limit=None)
             self.document["two_sided_emission"] = True
+            if any(closure.transmits() for closure in surface.reflection.leaves()):
+                self.notices.node(node, "what it emits into the glass is darker than in Blender, by the square of the index of refraction")
 
     def solid(self, tree):
         closures = [closure for closure in tree.leaves() if not closure.is_black()]

@@ -506,7 +506,7 @@ class Mixtures(unittest.TestCase):
         self.assertEqual(document["mixture"]["first"], {"dielectric": {"ior": 1.5}})
         self.assertEqual(document["mixture"]["second"], {"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}})
         self.assertEqual(document["emission"]["rgb"], [4, 4, 4])
-        self.assert_notices()
+        self.assert_notices("darker than in Blender, by the square of the index of refraction")
 
     def test_glass_of_two_indices_makes_one_material(self):
         n = self.nodes
