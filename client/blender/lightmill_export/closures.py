@@ -3,6 +3,7 @@ import bpy
 import numpy as np
 
 from . import anisotropy
+from .fresnel import fresnel_of
 from .mixtures import Closure, Surface, add, black, diffuse as matt, mix
 from .nodes import Input, Node
 from .values import Value, constant, luminance
@@ -26,10 +27,7 @@ class ClosureReader:
             return black()
         inside = Node(node, groups)
         if node.type == "MIX_SHADER":
-            factor = self.factor(inside)
-            if factor.is_constant() and factor.rgb[0] in (0, 1):
-                return self.walk(inside.input(1 if factor.rgb[0] == 0 else 2))
-            return mix(self.reader, node, factor, self.walk(inside.input(1)), self.walk(inside.input(2)))
+            return self.mixed(inside)
         if node.type == "ADD_SHADER":
             return add(self.reader, node, self.walk(inside.input(0)), self.walk(inside.input(1)))
         if node.type in SHADERS:
@@ -38,6 +36,20 @@ class ClosureReader:
             return surface
         self.notices.node(node, "left out: Lightmill has no such shader, and shows black")
         return black(node)
+
+    def mixed(self, inside):
+        fresnel = fresnel_of(self.reader, inside.input(0))
+        if fresnel is not None:
+            first, second = self.walk(inside.input(1)), self.walk(inside.input(2))
+            plastic = fresnel.plastic(self.notices, first, second)
+            if plastic is None:
+                return mix(self.reader, inside.node, self.factor(inside), first, second)
+            self.normals += [normal for normal in [fresnel.normal()] if normal is not None]
+            return plastic
+        factor = self.factor(inside)
+        if factor.is_constant() and factor.rgb[0] in (0, 1):
+            return self.walk(inside.input(1 if factor.rgb[0] == 0 else 2))
+        return mix(self.reader, inside.node, factor, self.walk(inside.input(1)), self.walk(inside.input(2)))
 
     def factor(self, inside):
         factor = self.reader.scalar(inside.input(0))
@@ -87,6 +99,12 @@ def replaced_by_diffuse(text):
         self.notices.node(inside.node, f"left out: Lightmill has no such shader, and uses a diffuse one. {text}")
         return self.one("diffuse", inside, matt(None).numbers)
     return read
+
+
+def translucent(self, inside):
+    out = self.one("diffuse", inside, {"roughness": constant(0.0), "multiple": not OLD_DIFFUSE}, constant(0.0))
+    out.reflection.transmittance = self.reader.color(inside.input("Color"))
+    return out
 
 
 def distribution(self, inside, exact):
@@ -150,8 +168,7 @@ def principled(self, inside):
 SHADERS = {
     "BSDF_DIFFUSE": diffuse, "BSDF_GLOSSY": glossy, "BSDF_ANISOTROPIC": glossy, "BSDF_GLASS": glass,
     "BSDF_REFRACTION": glass, "BSDF_TRANSPARENT": transparent, "BSDF_PRINCIPLED": principled, "EMISSION": emission,
-    "BACKGROUND": emission, "HOLDOUT": hold_out,
-    "BSDF_TRANSLUCENT": replaced_by_diffuse("No light passes through it"),
+    "BACKGROUND": emission, "HOLDOUT": hold_out, "BSDF_TRANSLUCENT": translucent,
     "SUBSURFACE_SCATTERING": replaced_by_diffuse("It has no subsurface scattering"),
     "BSDF_VELVET": replaced_by_diffuse("It has no sheen"), "BSDF_SHEEN": replaced_by_diffuse("It has no sheen"),
     "BSDF_TOON": replaced_by_diffuse("Its shading has no steps"),

@@ -1,11 +1,11 @@
 """Materials: surfaces (see mixtures.py) as the document's materials."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .anisotropy import Direction, follows, parameters
 from .closures import ClosureReader
-from .mixtures import Closure, diffuse, mean_weights
+from .mixtures import Closure, Mixture, diffuse, mean_weights
 from .nodes import output_of
 from .normals import read_displacement, read_normal
 from .principled import OLD, SHEEN_COLOR, SHEEN_ROUGHNESS
@@ -113,18 +113,23 @@ class MaterialMaker:
         if not radiance.is_black():
             self.document["emission"] = self.color(radiance, node, limit=None)
             self.document["two_sided_emission"] = True
+            if any(closure.transmits() for closure in surface.reflection.leaves()):
+                self.notices.node(node, "what it emits into the glass is darker than in Blender, by the square of the index of refraction")
 
     def solid(self, tree):
         closures = [closure for closure in tree.leaves() if not closure.is_black()]
-        self.tinted = len({closure.color.colors for closure in closures}) == 1
-        if isinstance(tree, Closure):
-            self.document.update(self.one(tree))
-        elif any(closure.transmits() for closure in closures):
-            self.document.update(self.mean(tree, "Glass cannot be part of a mixture"))
-        elif len(tree.leaves()) > MOST_PARTS:
-            self.document.update(self.mean(tree, f"A mixture has at most {MOST_PARTS} shaders"))
-        else:
-            self.document.update(self.part(tree))
+        self.tinted = len({closure.color.colors for closure in closures if not closure.color.is_black()}) == 1
+        obstacle = self.obstacle(tree, closures) if isinstance(tree, Mixture) else None
+        self.document.update(self.part(tree) if obstacle is None else self.mean(tree, obstacle))
+
+    def obstacle(self, tree, closures):
+        """Why a tree cannot be a mixture of the document. None if it can."""
+        indices = {fitting_ior(closure.numbers["ior"]) for closure in closures if closure.transmits()}
+        if len(indices) > 1:
+            return "Glass of one mixture has one index of refraction"
+        if indices and "opacity" in self.document:
+            return "A mixture with glass has no opacity"
+        return f"A mixture has at most {MOST_PARTS} shaders" if len(tree.leaves()) > MOST_PARTS else None
 
     def part(self, tree):
         """The document of a material, or of a part of a mixture."""
@@ -135,7 +140,8 @@ class MaterialMaker:
 
     def mean(self, tree, reason):
         """One principled material instead of a mixture. Adds colours, and averages the other parameters."""
-        parts = [(closure, share) for closure, share in mean_weights(self.reader, tree) if share > 0 and not closure.is_black()]
+        parts = [(self.opaque(closure), share) for closure, share in mean_weights(self.reader, tree)
+                 if share > 0 and not closure.is_black()]
         if not parts:
             return self.one(diffuse(constant(0.0)))
         total = sum(share for _, share in parts)
@@ -164,6 +170,14 @@ class MaterialMaker:
                     self.notices.node(closure.node, f"its {name} is left out of the mixture")
         return self.principled(parts[0][0].node, Value(color.rgb * min(total, 1.0), color.image), mean)
 
+    def opaque(self, closure):
+        """A closure that reflects what a sheet transmits."""
+        if closure.transmittance.is_black():
+            return closure
+        self.notices.node(closure.node, "the light that it transmits is reflected")
+        color = self.reader.combine(lambda a, b: np.clip(a + b, 0, 1), [closure.color, closure.transmittance], closure.node)
+        return replace(closure, color=color, transmittance=constant(0.0))
+
     # One closure.
 
     def one(self, closure):
@@ -179,6 +193,8 @@ class MaterialMaker:
 
     def diffuse(self, closure):
         fields, rough = {"reflectance": self.color(closure.color, closure.node, vertex=True)}, closure.numbers["roughness"]
+        if not closure.transmittance.is_black():
+            fields["transmittance"] = self.color(closure.transmittance, closure.node)
         if not is_rough(rough):
             return {"diffuse": fields}
         return surface("diffuse", {**fields, **self.scalar(rough, closure.node, "roughness")}, closure.numbers["multiple"])

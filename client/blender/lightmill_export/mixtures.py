@@ -1,7 +1,7 @@
 """Surfaces of several shaders: their opacity, their emission, and a tree of what reflects light."""
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,14 +10,15 @@ from .values import Value, constant, equal
 
 @dataclass
 class Closure:
-    """What one shader reflects."""
+    """What one shader reflects and transmits."""
     kind: str  # diffuse, glossy, glass, principled
     node: object
     color: Value
     numbers: dict  # by name: a Value, or a choice of the node
+    transmittance: Value = field(default_factory=lambda: constant(0.0))  # of a diffuse sheet
 
     def is_black(self):
-        return self.kind in ("diffuse", "glossy") and self.color.is_black()
+        return self.kind in ("diffuse", "glossy") and self.color.is_black() and self.transmittance.is_black()
 
     def is_linear(self):
         """Whether it reflects twice the light with twice the colour."""
@@ -30,13 +31,19 @@ class Closure:
         return self.kind == "glass" or self.numbers.get("transmission", 0) > 0 and not is_metal
 
     def most(self):
-        """The largest share of light that it can reflect."""
+        """The largest share of light that it can reflect and transmit."""
         if not self.is_linear():
             return 1.0
-        return float(np.max(self.color.rgb if self.color.image is None else self.color.rgb * self.color.image.texels()))
+        first, second = (value.rgb if value.image is None else value.rgb * value.image.texels()
+                         for value in (self.color, self.transmittance))
+        images = self.color.image, self.transmittance.image
+        if None in images or images[0].same_place(images[1]):
+            return float(np.max(first + second))
+        return float(np.max(first) + np.max(second))
 
     def scaled(self, factor):
-        return self if factor == 1 else replace(self, color=replace(self.color, rgb=self.color.rgb * factor))
+        color, transmittance = (replace(value, rgb=value.rgb * factor) for value in (self.color, self.transmittance))
+        return self if factor == 1 else replace(self, color=color, transmittance=transmittance)
 
     def leaves(self):
         return [self]
@@ -124,29 +131,37 @@ def mean_weights(reader, tree, weight=1.0):
 
 
 def merged(reader, node, share, a, b):
-    """A closure that reflects the same as a mixture of two. None if there is none."""
+    """A closure that scatters the same light as a mixture of two. None if there is none."""
     if isinstance(a, Mixture) or isinstance(b, Mixture):
         return None
     if is_same(a, b):
         return a
     if not is_sum(share, a, b):
         return None
-    return replace(b if a.is_black() else a, color=reader.blend(share, a.color, b.color, node))
+    return replace(b if a.is_black() else a, color=reader.blend(share, a.color, b.color, node),
+                   transmittance=reader.blend(share, a.transmittance, b.transmittance, node))
 
 
 def is_same(a, b):
-    return (a.kind == b.kind and equal(a.color, b.color) and a.numbers.keys() == b.numbers.keys()
+    return (a.kind == b.kind and equal(a.color, b.color) and equal(a.transmittance, b.transmittance) and a.numbers.keys() == b.numbers.keys()
             and all(equal(value, b.numbers[name]) for name, value in a.numbers.items()))
 
 
 def is_sum(share, a, b):
-    """Whether a closure with the sum of both colours reflects the sum of both."""
+    """Whether a closure with the sums of their colours scatters the sum of both."""
     dark = a.is_black() and b.kind == "diffuse" or b.is_black() and a.kind == "diffuse"
-    if not (a.is_linear() and b.is_linear() and (dark or is_same(a, replace(b, color=a.color)))):
+    alike = dark or is_same(a, replace(b, color=a.color, transmittance=a.transmittance))
+    if not (a.is_linear() and b.is_linear() and alike):
         return False
-    uses = [color.image for color in (a.color, b.color) if color.image is not None]
+    sides = [pair for pair in ((a.color, b.color), (a.transmittance, b.transmittance)) if not all(one.is_black() for one in pair)]
+    return all(is_exact(share, *pair) for pair in sides) and (share.is_constant() or dark or len(sides) < 2)
+
+
+def is_exact(share, a, b):
+    """Whether the blend of two values has no means of images."""
+    uses = [value.image for value in (a, b) if value.image is not None]
     return (all(use.same_place(uses[0]) for use in uses) and (share.is_constant() or not uses)
-            and (dark or a.color.colors is None and b.color.colors is None))
+            and (a.is_black() or b.is_black() or a.colors is None and b.colors is None))
 
 
 def add(reader, node, a, b):
@@ -170,11 +185,10 @@ def relative(opacity, whole):
 
 
 def total(reader, node, a, b, factors):
-    """A tree that reflects the light of both, times their factors. It is scaled down if that exceeds the light that arrives."""
+    """A tree that scatters the light of both, times their factors. It is scaled down if that exceeds the light that arrives."""
     half = constant(0.5)
     if isinstance(a, Closure) and isinstance(b, Closure) and is_sum(half, a, b):
-        twice = reader.blend(half, a.scaled(factors[0]).color, b.scaled(factors[1]).color, node)
-        out = replace(b if a.is_black() else a, color=replace(twice, rgb=2 * twice.rgb))
+        out = merged(reader, node, half, a.scaled(factors[0]), b.scaled(factors[1])).scaled(2)
         most = out.most()
         out = out.scaled(1 / max(most, 1.0))
     else:
@@ -183,5 +197,5 @@ def total(reader, node, a, b, factors):
         scales = [factor * min(most, 1.0) / part if part > 0 else 0.0 for factor, part in zip(factors, parts)]
         out = mixture(reader, node, constant(parts[1] / most), a.scaled(scales[0]), b.scaled(scales[1]))
     if most > 1 + 1e-6:
-        reader.notices.node(node, "the sum of shaders reflects more light than arrives. All of them are scaled down")
+        reader.notices.node(node, "the sum of shaders scatters more light than arrives. All of them are scaled down")
     return out

@@ -40,7 +40,8 @@ def material(name, kind="BSDF_DIFFUSE", **inputs):
 
 NODES = {"BSDF_DIFFUSE": "ShaderNodeBsdfDiffuse", "BSDF_GLOSSY": "ShaderNodeBsdfGlossy", "BSDF_GLASS": "ShaderNodeBsdfGlass",
          "BSDF_PRINCIPLED": "ShaderNodeBsdfPrincipled", "BSDF_ANISOTROPIC": "ShaderNodeBsdfAnisotropic", "EMISSION": "ShaderNodeEmission",
-         "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent"}
+         "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent", "BSDF_TRANSLUCENT": "ShaderNodeBsdfTranslucent", "FRESNEL": "ShaderNodeFresnel",
+         "LAYER_WEIGHT": "ShaderNodeLayerWeight"}
 
 
 def shader_of(made):
@@ -144,8 +145,8 @@ def mixture(name, *tree):
 
 
 def add_shader(made, socket, tree):
-    """Adds a shader (kind, inputs), or a mixture (first, second, share) of shaders or mixtures. The share is a number or an
-    image. Without it both are added."""
+    """Adds a shader (kind, inputs), or a mixture (first, second, share) of shaders or mixtures. The share is a number, an image
+    or a node (kind, inputs). Without it both are added."""
     first, second, *share = tree
     if isinstance(first, str):
         node = insert(made, NODES[first], socket)
@@ -155,6 +156,8 @@ def add_shader(made, socket, tree):
     mix = insert(made, "ShaderNodeMixShader" if share else "ShaderNodeAddShader", socket)
     if share and isinstance(share[0], bpy.types.Image):
         textured(made, share[0], mix.inputs[0], "UV")
+    elif share and isinstance(share[0], tuple):
+        insert(made, NODES[share[0][0]], mix.inputs[0], **share[0][1])
     elif share:
         mix.inputs[0].default_value = share[0]
     for one, part in zip(mix.inputs[-2:], (first, second)):
@@ -464,6 +467,69 @@ def emission_mix():
     glow = "EMISSION", {"Color": (1, 0.5, 0.2, 1), "Strength": 2.0}
     spots = image("spots", 64, lambda x, y: (float(math.sin(19 * x) * math.sin(19 * y) > 0.5),) * 3 + (1,), data=True)
     under_the_sky(ball=mixture("ball", IRON, glow, 0.3), block=mixture("block", PAINT, glow, spots))
+
+
+# Sheets, glass and plastic of mixtures.
+
+def sheet(surface, x=0.0, turned=0.0):
+    bpy.ops.mesh.primitive_plane_add(size=1.8, location=(x, 0, 1), rotation=(math.radians(90), 0, turned))
+    bpy.context.object.data.materials.append(surface)
+
+
+GREEN = "BSDF_DIFFUSE", {"Color": (0.1, 0.4, 0.05, 1)}
+SHINING_THROUGH = "BSDF_TRANSLUCENT", {"Color": (0.6, 0.8, 0.2, 1)}
+
+
+def sheets_in_the_sun(behind):
+    floor()
+    sky(0.1)
+    light("SUN", 3, rotation=(-0.9 if behind else 0.9, 0.2, 0), angle=0.1)
+    sheet(material("paper", "BSDF_TRANSLUCENT", Color=(0.8, 0.7, 0.5, 1)), x=-1.1)
+    sheet(mixture("leaf", GREEN, SHINING_THROUGH, 0.6), x=1.1, turned=0.4)
+
+
+@case
+def translucent_from_the_front():
+    sheets_in_the_sun(behind=False)
+
+
+@case
+def translucent_from_behind():
+    sheets_in_the_sun(behind=True)
+
+
+@case
+def leaf():
+    """Sheets that add and mix both sides, with textures, a rough side and an image as the factor."""
+    veins = image("veins", 64, lambda x, y: (0.5 + 0.5 * math.sin(25 * x) * math.sin(25 * y),) * 3 + (1,), data=True)
+    rough = "BSDF_DIFFUSE", {"Color": (0.1, 0.4, 0.05, 1), "Roughness": 0.8}
+    floor()
+    sky(0.3)
+    light("SUN", 3, rotation=(-0.7, 0.3, 0), angle=0.1)
+    sheet(mixture("leaf", GREEN, SHINING_THROUGH, veins), x=-1.8)
+    sheet(mixture("rough leaf", rough, SHINING_THROUGH, 0.5), x=1.8)
+    ball(mixture("lantern", GREEN, ("BSDF_TRANSLUCENT", {"Color": (0.5, 0.3, 0.2, 1)})), x=0.0)
+
+
+@case
+def glass_mix_by_image():
+    spots = image("spots", 64, lambda x, y: (min(max(2 * math.sin(19 * x) * math.sin(19 * y) + 0.5, 0), 1),) * 3 + (1,), data=True)
+    clear, rough = ("BSDF_GLASS", {"Color": gray(1), "Roughness": 0.0, "IOR": 1.5}), ("BSDF_DIFFUSE", {"Color": (0.7, 0.3, 0.2, 1)})
+    under_the_sky(GAP, ball=mixture("ball", clear, rough, spots), block=mixture("block", clear, rough, spots))
+
+
+@case
+def fresnel_plastic():
+    matt, shiny = ("BSDF_DIFFUSE", {"Color": (0.6, 0.1, 0.1, 1)}), ("BSDF_GLOSSY", {"Color": gray(1), "Roughness": 0.2})
+    under_the_sky(ball=mixture("ball", matt, shiny, ("FRESNEL", {"IOR": 1.45})),
+                  block=mixture("block", matt, shiny, ("LAYER_WEIGHT", {"Blend": 0.4})))
+
+
+@case
+def fresnel_plastic_with_grey_gloss():
+    matt, shiny = ("BSDF_DIFFUSE", {"Color": (0.1, 0.3, 0.6, 1)}), ("BSDF_GLOSSY", {"Color": gray(0.5), "Roughness": 0.0})
+    under_the_sky(ball=mixture("ball", matt, shiny, ("FRESNEL", {"IOR": 1.5})),
+                  block=mixture("block", matt, shiny, ("FRESNEL", {"IOR": 1.8})))
 
 
 # Textures.

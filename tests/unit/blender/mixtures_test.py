@@ -50,6 +50,9 @@ class Nodes:
     def diffuse(self, color, **inputs):
         return self.add("BsdfDiffuse", Color=color, **inputs)
 
+    def translucent(self, color):
+        return self.add("BsdfTranslucent", Color=color)
+
     def glossy(self, color=WHITE, roughness=0.5):
         out = self.add("BsdfGlossy", Color=color, Roughness=roughness)
         out.node.distribution = "GGX"
@@ -322,6 +325,75 @@ class Mixtures(unittest.TestCase):
         self.assert_weights(document, [(0.75, "diffuse", WHITE), (0.25, "principled", WHITE)])
         self.assert_notices("the colour attribute paint is replaced by white")
 
+    def test_a_translucent_shader_is_a_sheet_that_reflects_nothing(self):
+        n = self.nodes
+        document = n.export(n.translucent(RED))
+        self.assertEqual(document["diffuse"], {"reflectance": {"rgb": [0, 0, 0]}, "transmittance": {"rgb": list(RED)}})
+        self.assertEqual(document.keys(), {"name", "diffuse"})
+        self.assert_notices()
+
+    def assert_sheet(self, part, reflectance, transmittance):
+        self.assertEqual(part.keys() - {"name"}, {"diffuse"})
+        self.assertEqual(part["diffuse"].keys(), {"reflectance", "transmittance"})
+        np.testing.assert_allclose(part["diffuse"]["reflectance"]["rgb"], reflectance, atol=1e-6)
+        np.testing.assert_allclose(part["diffuse"]["transmittance"]["rgb"], transmittance, atol=1e-6)
+
+    def test_smooth_diffuse_and_translucent_shaders_are_one_sheet(self):
+        n = self.nodes
+        for first, second, share in ((n.diffuse(RED), n.translucent(BLUE), 0.25), (n.translucent(BLUE), n.diffuse(RED), 0.75)):
+            self.assert_sheet(n.export(n.mix(first, second, share)), 0.75 * np.array(RED), 0.25 * np.array(BLUE))
+        document = n.export(n.mix(n.mix(n.diffuse(RED), n.glossy(), 0.5), n.translucent(BLUE), 0.5))
+        (sheet_weight, sheet), (shiny_weight, _) = parts(document)
+        self.assertAlmostEqual(sheet_weight, 0.75)
+        self.assertAlmostEqual(shiny_weight, 0.25)
+        self.assert_sheet(sheet, np.array(RED) / 3, np.array(BLUE) * 2 / 3)
+        veil = n.mix(n.add("BsdfTransparent"), n.mix(n.diffuse(RED), n.translucent(BLUE), 0.25), n.image("mask", 0, 1))
+        self.assert_sheet({key: value for key, value in n.export(veil).items() if key != "opacity"}, 0.75 * np.array(RED),
+                          0.25 * np.array(BLUE))
+        self.assert_notices()
+
+    def test_a_sheet_keeps_two_textures_of_different_sizes(self):
+        n = self.nodes
+        front, back = n.image("front", RED, BLUE, RED), n.image("back", (0.5, 0.25, 0), (1, 0, 0))
+        document = n.export(n.mix(n.diffuse(front), n.translucent(back), 0.25))
+        self.assert_sheet(document, (0.75,) * 3, (0.25,) * 3)
+        np.testing.assert_allclose(n.texels(document["diffuse"]["reflectance"]["texture"]), (0.75, 0.125, 0.75))
+        np.testing.assert_allclose(n.texels(document["diffuse"]["transmittance"]["texture"]), (0.5, 1))
+        self.assert_notices()
+
+    def test_a_sum_of_both_sides_is_a_sheet(self):
+        n = self.nodes
+        self.assert_sheet(n.export(n.sum(n.diffuse(BLUE), n.translucent((0.25, 0.5, 0.125)))), BLUE, (0.25, 0.5, 0.125))
+        self.assert_notices()
+        self.assert_sheet(n.export(n.sum(n.diffuse(RED), n.translucent((0.5, 0.5, 0.5)))), np.array(RED) / 1.25, (0.4, 0.4, 0.4))
+        self.assert_notices("more light than arrives")
+
+    def test_an_image_mixes_a_diffuse_and_a_translucent_part(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED), n.translucent(BLUE), n.image("mask", 0, 0.5, 1)))
+        self.assertEqual(document["mixture"]["first"], {"diffuse": {"reflectance": {"rgb": list(RED)}}})
+        self.assert_sheet(document["mixture"]["second"], (0, 0, 0), BLUE)
+        np.testing.assert_allclose(n.texels(document["mixture"]["factor_map"]["texture"]), (0, 0.5, 1))
+        self.assert_notices()
+
+    def test_a_rough_diffuse_and_a_translucent_shader_are_two_parts(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED, Roughness=0.5), n.translucent(BLUE), 0.25))
+        self.assertEqual(document["mixture"]["factor"], 0.25)
+        self.assertEqual(document["mixture"]["first"]["diffuse"], {"reflectance": {"rgb": list(RED)}, "roughness": 0.5})
+        self.assert_sheet(document["mixture"]["second"], (0, 0, 0), BLUE)
+        self.assert_notices()
+
+    def test_vertex_colours_tint_the_reflectance_of_a_sheet(self):
+        n = self.nodes
+        paint = n.add("VertexColor")
+        paint.node.layer_name = "paint"
+        self.assert_sheet(n.export(n.mix(n.diffuse(paint), n.translucent(BLUE), 0.25)), (0.75,) * 3, 0.25 * np.array(BLUE))
+        self.assertEqual(n.made.colors, "paint")
+        self.assert_notices()
+        self.assert_sheet(n.export(n.translucent(paint)), (0, 0, 0), WHITE)
+        self.assert_notices("the colour attribute paint is replaced by white")
+
     def test_more_than_16_shaders_are_one_material(self):
         n = self.nodes
         out = n.principled((0, 0, 0))
@@ -334,17 +406,150 @@ class Mixtures(unittest.TestCase):
         self.assertIn("principled", document)
         self.assert_notices("A mixture has at most 16 shaders")
 
-    def test_glass_in_a_mixture_makes_one_material(self):
+    def test_diffuse_and_glossy_by_fresnel_are_plastic(self):
         n = self.nodes
-        for clear in (n.add("BsdfGlass", Color=WHITE, Roughness=0.0, IOR=1.5), n.principled(Transmission=1.0)):
-            document = n.export(n.mix(clear, n.diffuse(RED), 0.25))
-            self.assertEqual(document["principled"]["transmission"], 0.75)
-            np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
-            self.assertTrue(any("Glass cannot be part of a mixture" in text for text in n.notices.texts))
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(roughness=0.25), n.add("Fresnel", IOR=1.75)))
+        plastic = document["principled"]
+        self.assertEqual(plastic["base_color"], {"rgb": list(RED)})
+        self.assertEqual({name: plastic[name] for name in ("roughness", "ior", "specular", "metallic", "transmission", "coat")},
+                         {"roughness": 0.25, "ior": 1.75, "specular": 0.5, "metallic": 0, "transmission": 0, "coat": 0})
+        self.assertNotIn("burley_diffuse", plastic)
+        self.assertNotIn("mixture", document)
+        self.assert_notices()
+        # Blend 0.5 is an index of 1 / (1 - 0.5).
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(), n.add("LayerWeight", Blend=0.5)))
+        self.assertEqual((document["principled"]["ior"], document["principled"]["specular"]), (2, 0.5))
+        self.assert_notices()
+
+    def test_a_grey_gloss_of_plastic_absorbs_light(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED), n.glossy((0.5, 0.5, 0.5)), n.add("Fresnel", IOR=1.5)))
+        self.assertEqual(document["principled"]["specular"], 0.25)
+        # An index of 1.5 reflects 0.0918 of uniform light (Walsh). The base gets the rest.
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], np.array(RED) * (1 - 0.0918) / (1 - 0.5 * 0.0918),
+                                   rtol=1e-3)
+        self.assert_notices()
+
+    def test_plastic_keeps_images_and_is_a_part(self):
+        n = self.nodes
+        shiny = n.glossy(roughness=n.image("scratches", 0.25, 0.5))
+        plastic = n.mix(n.diffuse(n.image("bricks", RED, BLUE)), shiny, n.add("Fresnel", IOR=1.5))
+        document = n.export(n.mix(n.add("BsdfTransparent"), plastic, 0.5))
+        np.testing.assert_allclose(n.texels(document["principled"]["base_color"]["texture"]), (0.75, 0.125))
+        np.testing.assert_allclose(n.texels(document["roughness_map"]["texture"]), (0.25, 0.5))
+        self.assertEqual(document["opacity"], {"value": 0.5})
+        self.assert_notices()
+        document = n.export(n.mix(plastic, n.diffuse(RED, Roughness=0.5), 0.25))
+        self.assertEqual(document["mixture"]["factor"], 0.25)
+        self.assertEqual(document["mixture"]["first"]["principled"]["specular"], 0.5)
+
+    def test_plastic_has_the_normals_of_its_shaders(self):
+        n = self.nodes
+        bumps = n.add("NormalMap", Color=n.image("normals", (0.5, 0.5, 1)))
+        fresnel = n.add("Fresnel", IOR=1.5, Normal=bumps)
+        shiny = n.glossy()
+        n.tree.links.new(bumps, shiny.node.inputs["Normal"])
+        document = n.export(n.mix(n.diffuse(RED, Normal=bumps), shiny, fresnel))
+        self.assertIn("normal_map", document)
+        self.assert_notices("brighter than in Blender")
+        fresnel = n.add("Fresnel", IOR=1.5, Normal=bumps)
+        n.export(n.mix(n.diffuse(RED), n.glossy(), fresnel))
+        self.assertTrue(any("different normals" in text for text in n.notices.texts))
+
+    def test_the_base_of_plastic_is_smooth(self):
+        n = self.nodes
+        document = n.export(n.mix(n.diffuse(RED, Roughness=0.5), n.glossy(), n.add("Fresnel", IOR=1.5)))
+        self.assertEqual(document["principled"]["base_color"], {"rgb": list(RED)})
+        self.assert_notices("its roughness is treated as 0, because it is the base of plastic")
+
+    def test_other_mixtures_by_fresnel_have_its_mean(self):
+        n = self.nodes
+        metal = n.glossy((1, 0.5, 0.25))
+        anisotropic = n.add("BsdfAnisotropic", Color=WHITE, Roughness=0.5, Anisotropy=0.5)
+        for first, second, ior in ((n.diffuse(RED), metal, 1.5), (n.glossy(), n.diffuse(RED), 1.5), (n.diffuse(RED), n.principled(), 1.5),
+                                   (n.translucent(RED), n.glossy(), 1.5), (n.diffuse(RED), anisotropic, 1.5),
+                                   (n.diffuse(RED), n.glossy(), 0.75), (n.diffuse(RED), n.glossy(), 20.0)):
+            document = n.export(n.mix(first, second, n.add("Fresnel", IOR=ior)))
+            self.assertIn("mixture", document)
+            self.assertTrue(any("it depends on the view. Its mean" in text for text in n.notices.texts))
+        document = n.export(n.mix(n.diffuse(RED), n.glossy(), n.add("LayerWeight", Blend=0.5).node.outputs["Facing"]))
+        self.assertIn("mixture", document)
+        # The mean of 1 - cos over the cosine-weighted hemisphere is 1 / 3.
+        self.assertAlmostEqual(document["mixture"]["factor"], 1 / 3, 4)
+
+    def glass(self, ior=1.5, color=WHITE):
+        return self.nodes.add("BsdfGlass", Color=color, Roughness=0.0, IOR=ior)
+
+    def test_glass_is_a_part_of_a_mixture(self):
+        n = self.nodes
+        document = n.export(n.mix(self.glass(), n.diffuse(RED), n.image("frost", 0, 0.5, 1)))
+        self.assertEqual(document["mixture"]["first"], {"dielectric": {"ior": 1.5}})
+        self.assertEqual(document["mixture"]["second"], {"diffuse": {"reflectance": {"rgb": list(RED)}}})
+        np.testing.assert_allclose(n.texels(document["mixture"]["factor_map"]["texture"]), (0, 0.5, 1))
+        self.assertEqual(document.keys(), {"name", "mixture"})
+        self.assert_notices()
+
+    def test_glass_of_one_index_keeps_its_parts(self):
+        n = self.nodes
+        clear = n.mix(self.glass(), self.glass(color=BLUE), 0.5)
+        document = n.export(n.mix(clear, n.principled(RED, Transmission=0.75, IOR=1.5), 0.25))
+        found = parts(document)
+        np.testing.assert_allclose([weight for weight, _ in found], (0.375, 0.375, 0.25))
+        self.assertEqual(found[0][1], {"dielectric": {"ior": 1.5}})
+        for (_, part), color, transmission in zip(found[1:], (BLUE, RED), (1, 0.75)):
+            self.assertEqual(part["principled"]["base_color"]["rgb"], list(color))
+            self.assertEqual((part["principled"]["transmission"], part["principled"]["ior"]), (transmission, 1.5))
+
+    def test_glass_and_emission_by_an_image_are_a_mixture_with_a_black_part(self):
+        n = self.nodes
+        document = n.export(n.mix(self.glass(), n.add("Emission", Strength=4.0), n.image("mask", 0, 0.5)))
+        self.assertEqual(document["mixture"]["first"], {"dielectric": {"ior": 1.5}})
+        self.assertEqual(document["mixture"]["second"], {"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}})
+        self.assertEqual(document["emission"]["rgb"], [4, 4, 4])
+        self.assert_notices("darker than in Blender, by the square of the index of refraction")
+
+    def test_glass_of_two_indices_makes_one_material(self):
+        n = self.nodes
+        document = n.export(n.mix(n.mix(self.glass(1.25), self.glass(1.75), 0.5), n.diffuse(RED), 0.25))
+        self.assertEqual((document["principled"]["transmission"], document["principled"]["ior"]), (0.75, 0.75 * 1.5 + 0.25 * 1.5))
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
+        self.assert_notices("Glass of one mixture has one index of refraction")
+
+    def test_a_mixture_of_glass_with_an_opacity_makes_one_material(self):
+        n = self.nodes
+        inner = n.mix(self.glass(), n.diffuse(RED), 0.25)
+        document = n.export(n.mix(n.add("BsdfTransparent"), inner, n.image("mask", 0, 1)))
+        self.assertEqual(document["principled"]["transmission"], 0.75)
+        self.assertNotIn("opacity", document)
+        self.assert_notices("A mixture with glass has no opacity", "left out: its opacity")
+
+    def test_glass_that_casts_no_shadows_is_glass(self):
+        n = self.nodes
+        for output in ("Is Shadow Ray", "Is Diffuse Ray"):
+            is_shadow = n.add("LightPath").node.outputs[output]
+            for factor in (is_shadow, n.math("MULTIPLY", is_shadow, 0.5)):
+                document = n.export(n.mix(self.glass(), n.add("BsdfTransparent"), factor))
+                self.assertEqual(document, {"name": "the material", "dielectric": {"ior": 1.5}})
+                self.assert_notices(f"{output} is treated as 0")
+
+    def test_a_mixture_with_glass_that_casts_no_shadows_has_no_opacity(self):
+        n = self.nodes
+        is_shadow = n.add("LightPath").node.outputs["Is Shadow Ray"]
+        document = n.export(n.mix(n.mix(self.glass(), n.diffuse(RED), 0.25), n.add("BsdfTransparent"), is_shadow))
+        self.assertEqual(document["mixture"]["factor"], 0.25)
+        self.assertEqual(document["mixture"]["first"], {"dielectric": {"ior": 1.5}})
+        self.assert_notices("Is Shadow Ray is treated as 0")
+
+    def test_a_translucent_shader_reflects_in_a_mean(self):
+        n = self.nodes
+        clear = n.mix(self.glass(1.25), self.glass(1.75), 0.5)
+        document = n.export(n.mix(clear, n.translucent(RED), 0.25))
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], 0.75 + 0.25 * np.array(RED))
+        self.assert_notices("the light that it transmits is reflected", "Glass of one mixture has one index of refraction")
 
     def test_a_shader_without_weight_is_left_out_of_the_mean(self):
         n = self.nodes
-        clear = n.mix(n.add("BsdfGlass", Color=WHITE), n.principled(Transmission=1.0), 0.5)
+        clear = n.mix(n.add("BsdfGlass", Color=WHITE, IOR=1.25), n.principled(Transmission=1.0), 0.5)
         document = n.export(n.mix(n.add("Emission"), clear, n.image("mask", 0, 0)))
         self.assertEqual(document["diffuse"]["reflectance"]["rgb"], [0, 0, 0])
 
