@@ -138,7 +138,11 @@ class Terminal {
       return ::waitpid(pid_, &status, WNOHANG) == pid_;
     }));
     pid_ = -1;
-    read();
+    // The kernel passes the output on later, and in order. So all of it has come when this has.
+    const std::string end = "<end of the program>";
+    EXPECT_EQ(::write(program_side_, end.data(), end.size()), static_cast<ssize_t>(end.size()));
+    EXPECT_TRUE(says(end));
+    said_.resize(said_.size() - end.size());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
   const std::string& said() const { return said_; }
