@@ -1,7 +1,6 @@
 // lightmill jobs | cancel | pause | resume | priority | extend | delete
 #include <cmath>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -40,21 +39,6 @@ std::vector<std::string> table_row(const v1::Job& job, std::int64_t now_ms) {
           job.owner(),
           human_day(job.submitted_unix_ms(), now_ms),
           fmt::format("{}x{}", job.width(), job.height())};
-}
-
-/// The reasons for which unfinished jobs wait, without duplicates.
-std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
-  std::map<std::string, std::vector<std::uint64_t>> by_reason;
-  for (const v1::Job& job : jobs) {
-    if (!job.reason().empty() && (job.state() == v1::JOB_STATE_RUNNING || job.state() == v1::JOB_STATE_QUEUED)) {
-      by_reason[job.reason()].push_back(job.id());
-    }
-  }
-  std::vector<std::string> lines;
-  for (const auto& [reason, ids] : by_reason) {
-    lines.push_back(fmt::format("{} {}: {}", ids.size() == 1 ? "job" : "jobs", fmt::join(ids, ", "), reason));
-  }
-  return lines;
 }
 
 Result<JobState> parse_state(std::string_view text) {
@@ -100,11 +84,11 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   if (jobs.empty()) {
     console.result(chosen ? "no job matches" : "no jobs yet: `lightmill submit SCENE` queues one");
   } else {
-    print_table_in_lines(console, rows, {2, color_of_state});
+    print_table(console, rows, {2, color_of_state});
     if (jobs.size() < listed.total) {
       console.notice(fmt::format("{} of {} jobs; --all lists all", jobs.size(), listed.total));
     }
-    console.notices(waits_of(jobs));
+    console.notices(wait_texts(jobs, jobs.size()));
   }
   return ok_status();
 }
