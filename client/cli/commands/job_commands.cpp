@@ -207,8 +207,9 @@ void add_job_commands(CLI::App& app, Context& context) {
   });
 
   add("priority", "Set the priority of jobs.",
-      [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) {
-        return done(connection.set_priority(job, given.priority));
+      [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t id) -> Result<Done> {
+        LM_ASSIGN_OR_RETURN(const v1::Job job, connection.set_priority(id, given.priority));
+        return Done{to_json(job), fmt::format("job {} has priority {}", job.id(), job.priority())};
       })
       ->add_option("--to", options->priority, "jobs with a higher priority go first. New jobs have 0")
       ->type_name("P")
@@ -237,7 +238,11 @@ void add_job_commands(CLI::App& app, Context& context) {
 
   add("delete", "Delete ended jobs and their films.",
       [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
-        LM_RETURN_IF_ERROR(connection.delete_job(job, given.cancel));
+        const Status status = connection.delete_job(job, given.cancel);
+        if (status.code() == StatusCode::kFailedPrecondition && !given.cancel) {
+          return failed_precondition("{}. Give --cancel to cancel it first", message_of(status));
+        }
+        LM_RETURN_IF_ERROR(status);
         return Done{json{{"id", job}, {"deleted", true}}, fmt::format("job {} and its film are deleted", job)};
       })
       ->add_flag("--cancel", options->cancel, "cancel jobs first that have not ended");
