@@ -67,6 +67,7 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"check", box, "--mtl", "standard"},
       {"check", box, "--save-camera", file("nowhere/a.json")},
       {"check", box, "--save-camera", box},
+      {"certs", "init", "/proc/certs"},
       {"render", box, "-o", file("a.png"), "-o", file("./a.png")},
       {"render", box, "-o", file("a.exr"), file("b.png")},
       {"render", box, "--layers", ""},
