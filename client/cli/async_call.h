@@ -27,8 +27,8 @@ class AsyncCall {
   AsyncCall(const AsyncCall&) = delete;
   AsyncCall& operator=(const AsyncCall&) = delete;
 
-  /// Whether the answer arrived, or arrives within `patience`.
-  bool done(Duration patience = {}) const { return answer_.wait_for(patience) == std::future_status::ready; }
+  /// Whether the answer arrived, or arrives within `timeout`.
+  bool done(Duration timeout = {}) const { return answer_.wait_for(timeout) == std::future_status::ready; }
   /// The answer. Call once.
   Result<Answer> result() { return answer_.get(); }
 

@@ -25,7 +25,7 @@ ExitCode exit_code_of(const Status& status);
 /// An error of reading input. Input that is too large for this program is bad input, not a farm that is full.
 Status as_input_error(const Status& status);
 
-/// An error of writing a rendered picture. The exit code is always kJobFailed.
+/// An error of writing a result, after the place for it was found to be writable. The exit code is always kJobFailed.
 Status as_output_error(const Status& status);
 
 /// Thread-safe. Each line is written whole, and never inside a redrawn line.

@@ -1,11 +1,10 @@
 #include "client/cli/context.h"
 
-#include <algorithm>
-#include <cctype>
 #include <limits>
 
 #include "client/cli/units.h"
 #include "common/command_line/help_page.h"
+#include "common/command_line/shell_word.h"
 #include "common/security/caller_options.h"
 
 namespace lightmill::cli {
@@ -61,22 +60,6 @@ void add_openjd_option(CLI::App& command, Context& context) {
                 "openjd_fail), for a farm manager that runs this as a task")
       ->excludes(command.get_option("--json"));
 }
-
-namespace {
-
-/// The word as a shell needs it.
-std::string shell_word(const std::string& word) {
-  constexpr std::string_view kPlain = "_./:@%+=,-";
-  const bool plain = std::ranges::all_of(
-      word, [&](unsigned char c) { return std::isalnum(c) != 0 || kPlain.find(static_cast<char>(c)) != kPlain.npos; });
-  std::string quoted = "'";
-  for (const char c : word) {
-    quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  }
-  return plain ? word : quoted + "'";
-}
-
-}  // namespace
 
 std::string CommonOptions::farm_options() const {
   const std::pair<const char*, const std::string*> options[]{{"--server", &server},

@@ -10,7 +10,7 @@ namespace {
 
 constexpr Duration kFirstPause = std::chrono::milliseconds(200);
 constexpr Duration kLongestPause = std::chrono::seconds(5);
-constexpr Duration kPatience = std::chrono::minutes(10);
+constexpr Duration kTimeout = std::chrono::minutes(10);
 
 /// Cancels the connection's calls at interruptions and children's deaths during its lifetime.
 class CancelOnEvent {
@@ -75,9 +75,9 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
     if (!lost_since) {
       lost_since = now;
       console.notice(fmt::format("lost the connection to {}, retrying …", farm.connection->address()));
-    } else if (now - *lost_since > kPatience) {
+    } else if (now - *lost_since > kTimeout) {
       return unavailable("the farm at {} has not answered for {}", farm.connection->address(),
-                         human_seconds(to_seconds(kPatience)));
+                         human_seconds(to_seconds(kTimeout)));
     }
     signals.sleep(pause);
     pause = std::min(2 * pause, kLongestPause);

@@ -59,8 +59,8 @@ void explain_exit_codes(const Console& console) {
   print_table(console,
               {{"CODE", "MEANS"},
                {"0", "done"},
-               {"1", "the job failed or was cancelled, a check found a difference, or a result could not be written"},
-               {"2", "bad usage or bad input"},
+               {"1", "the job failed or was cancelled, a check found a difference, or writing a result failed"},
+               {"2", "bad usage or bad input, such as a place where no file can be written"},
                {"3", "the farm is unreachable or full: try again later"},
                {"130", "interrupted"}});
 }

@@ -144,7 +144,7 @@ int run(int argc, char** argv) {
                ? kDone
                : Console(false).fail(internal_error("cannot write to standard output: {}", std::strerror(errno)));
   } catch (const CLI::ParseError& error) {
-    return usage_error(app, usage_error_text(app, error), argc, argv);
+    return usage_error(app, usage_error_text(app, error, {argv + 1, argv + argc}), argc, argv);
   }
   const Console console(context.common.json, context.common.openjd);
   try {

@@ -86,13 +86,13 @@ Result<OutgoingConnection::Addresses> OutgoingConnection::addresses(const std::f
       wake_up->wake();
     }).detach();
   }
-  const Time until = clock_.now() + patience_;
+  const Time until = clock_.now() + timeout_;
   while (looked_up_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     if (stopped()) {
       return cancelled("stopped");
     }
     if (clock_.now() >= until) {
-      return unavailable("the name lookup took longer than {}", human_seconds(to_seconds(patience_)));
+      return unavailable("the name lookup took longer than {}", human_seconds(to_seconds(timeout_)));
     }
     poll(0, until);
   }
@@ -124,13 +124,13 @@ Status OutgoingConnection::open(const addrinfo& address, const std::function<boo
   if (errno != EINPROGRESS) {
     return errno_status(errno);
   }
-  const Time until = clock_.now() + patience_;
+  const Time until = clock_.now() + timeout_;
   while (poll(POLLOUT, until) == 0) {
     if (stopped()) {
       return cancelled("stopped");
     }
     if (clock_.now() >= until) {
-      return unavailable("no answer for {}", human_seconds(to_seconds(patience_)));
+      return unavailable("no answer for {}", human_seconds(to_seconds(timeout_)));
     }
   }
   int error = 0;
@@ -156,7 +156,7 @@ void OutgoingConnection::give(std::string bytes) {
 
 Status OutgoingConnection::wait(Time until) {
   const bool sending = !all_taken();
-  const Time silent = sending ? last_taken_ + patience_ : Time::max();
+  const Time silent = sending ? last_taken_ + timeout_ : Time::max();
   const short happened = poll(sending ? POLLIN | POLLOUT : POLLIN, std::min(until, silent));
   if ((happened & ~POLLOUT) != 0) {
     LM_RETURN_IF_ERROR(receive());
@@ -170,7 +170,7 @@ Status OutgoingConnection::wait(Time until) {
   // Drops unsent bytes. Otherwise the other side could read them later, between those of the next connection.
   const linger forget{1, 0};
   (void)::setsockopt(socket_, SOL_SOCKET, SO_LINGER, &forget, sizeof forget);
-  return unavailable("it has accepted no data for {}", human_seconds(to_seconds(patience_)));
+  return unavailable("it has accepted no data for {}", human_seconds(to_seconds(timeout_)));
 }
 
 Status OutgoingConnection::send() {

@@ -32,10 +32,10 @@ class WakeUp {
 /// For one thread. Other threads may only wake it. Received bytes are dropped.
 class OutgoingConnection {
  public:
-  /// `patience`: the time limit of the name lookup, then of each address, and then of the other side while it accepts
+  /// `timeout`: the time limit of the name lookup, then of each address, and then of the other side while it accepts
   /// no bytes. `clock` outlives this.
-  OutgoingConnection(HostPort address, Duration patience, const Clock& clock)
-      : address_(std::move(address)), patience_(patience), clock_(clock), wake_up_(std::make_shared<WakeUp>()) {}
+  OutgoingConnection(HostPort address, Duration timeout, const Clock& clock)
+      : address_(std::move(address)), timeout_(timeout), clock_(clock), wake_up_(std::make_shared<WakeUp>()) {}
   ~OutgoingConnection() { close(); }
   OutgoingConnection(const OutgoingConnection&) = delete;
   OutgoingConnection& operator=(const OutgoingConnection&) = delete;
@@ -69,7 +69,7 @@ class OutgoingConnection {
   Status send();
 
   const HostPort address_;
-  const Duration patience_;
+  const Duration timeout_;
   const Clock& clock_;
   std::shared_ptr<WakeUp> wake_up_;           ///< shared with the lookup, which may outlive this
   std::future<Result<Addresses>> looked_up_;  ///< in progress, or not yet taken

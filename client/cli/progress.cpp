@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "client/cli/units.h"
 #include "common/base/number_text.h"
@@ -244,6 +245,25 @@ std::vector<Field> fields_of(const v1::Job& job) {
 }
 
 }  // namespace
+
+std::vector<std::string> wait_texts(std::span<const v1::Job> jobs, std::size_t most) {
+  std::map<std::string, std::vector<std::uint64_t>> by_reason;
+  for (const v1::Job& job : jobs) {
+    if (!job.reason().empty() && !has_ended(job.state()) && job.state() != v1::JOB_STATE_PAUSED) {
+      by_reason[job.reason()].push_back(job.id());
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [reason, ids] : by_reason) {
+    constexpr std::string_view kOneWaits = "waits ";
+    const std::span<const std::uint64_t> named(ids.data(), std::min(ids.size(), most));
+    const bool several = ids.size() > 1 && reason.starts_with(kOneWaits);
+    lines.push_back(fmt::format("{} {}{}: {}", ids.size() == 1 ? "job" : "jobs", fmt::join(named, ", "),
+                                named.size() < ids.size() ? fmt::format(" and {} more", ids.size() - named.size()) : "",
+                                several ? "wait " + reason.substr(kOneWaits.size()) : reason));
+  }
+  return lines;
+}
 
 std::string range_text(std::uint64_t least, std::uint64_t most) {
   return least == most ? std::to_string(least) : fmt::format("{} to {}", least, most);

@@ -1,6 +1,7 @@
 // A job's progress as text: one line, redrawn in a terminal, repeated at intervals without one.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,10 @@ std::string samples_text(const v1::Job& job);
 std::string short_samples_count(const v1::Job& job);
 /// The SGR code for a state: green, cyan, yellow, red. 0: none.
 int color_of_state(std::string_view state);
+
+/// "job 7: waits for a worker", "jobs 9, 8 and 3 more: wait for a worker": why unfinished jobs wait. A line has at most
+/// `most` numbers.
+std::vector<std::string> wait_texts(std::span<const v1::Job> jobs, std::size_t most);
 
 /// "audited by another identity, with the same bits: 3 of 412 results", or "unaudited: " and the reason.
 std::string audits_text(const v1::Job& job);

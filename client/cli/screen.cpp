@@ -73,13 +73,13 @@ void Screen::show(const std::vector<std::string>& lines) {
   put(text);
 }
 
-bool Screen::quit_requested(Duration patience) const {
+bool Screen::quit_requested(Duration timeout) const {
   if (!keys_) {
-    signals_.sleep(patience);
+    signals_.sleep(timeout);
     return signals_.interrupted();
   }
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(patience).count();
+  const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count();
   char key = 0;
   if (::poll(&input, 1, static_cast<int>(milliseconds)) > 0 && ::read(STDIN_FILENO, &key, 1) != 1) {
     return true;  // the terminal is gone

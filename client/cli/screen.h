@@ -30,8 +30,8 @@ class Screen {
   static Size size();
   /// Replaces the screen's content. `lines` must fit its size.
   static void show(const std::vector<std::string>& lines);
-  /// Waits for a key or a signal, at most `patience`. Returns whether it asks to leave: q or Ctrl-C.
-  bool quit_requested(Duration patience) const;
+  /// Waits for a key or a signal, at most `timeout`. Returns whether it asks to leave: q or Ctrl-C.
+  bool quit_requested(Duration timeout) const;
 
  private:
   void restore();

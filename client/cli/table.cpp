@@ -3,7 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <span>
+#include <cctype>
+#include <iterator>
+#include <numeric>
+#include <utility>
 
 #include "common/base/text.h"
 #include "common/base/text_width.h"
@@ -13,19 +16,13 @@ namespace lightmill::cli {
 namespace {
 
 constexpr int kGap = 2;
-/// Indentation of a row's further lines.
+/// Indentation of the lines below a row.
 constexpr int kIndent = 4;
-/// A column is not wrapped to less, unless it is alone in its block.
+/// A column is not wrapped to less if others can stand below the row instead.
 constexpr int kMinWrapped = 24;
-
-/// A cell is not shortened to less.
-constexpr int kMinShortened = 16;
-
-/// Columns side by side, with their widths.
-struct Block {
-  int indent = 0;
-  std::vector<std::pair<std::size_t, int>> columns;
-};
+/// The first columns that name a row, such as the number and name of a job. A long name leaves half of the width to
+/// the columns after it.
+constexpr std::size_t kNames = 2;
 
 void escape(Rows& rows) {
   for (auto& row : rows) {
@@ -33,72 +30,50 @@ void escape(Rows& rows) {
   }
 }
 
-/// Widths of a column.
-struct Widths {
-  int all = 0;    ///< of its widest cell
-  int least = 0;  ///< it is not wrapped to less, unless it is alone in its block
-};
+/// Whether the rows are names and texts. They may have no header, so both columns stand side by side at any width.
+bool are_pairs(const Rows& rows) {
+  return std::ranges::all_of(rows, [](const auto& row) { return row.size() <= 2; });
+}
 
-std::vector<Widths> widths_of(const Rows& rows) {
-  std::vector<Widths> widths;
+/// The widths of the columns that stand side by side. `width` 0: no limit, so these are all columns.
+std::vector<int> widths_beside(const Rows& rows, int width) {
+  std::vector<int> widths, least;
   for (const auto& row : rows) {
     widths.resize(std::max(widths.size(), row.size()));
+    least.resize(widths.size());
     for (std::size_t i = 0; i < row.size(); ++i) {
-      widths[i].all = std::max(widths[i].all, columns_of(row[i]));
-      widths[i].least = std::max(widths[i].least, widest_word(row[i]));
+      widths[i] = std::max(widths[i], columns_of(row[i]));
+      least[i] = std::max(least[i], widest_word(row[i]));
     }
   }
-  for (Widths& each : widths) {
-    each.least = std::max(each.least, std::min(each.all, kMinWrapped));
+  if (width <= 0) {
+    return widths;
+  }
+  const bool pairs = are_pairs(rows);
+  std::size_t beside = 0;
+  int used = -kGap;
+  for (; beside < widths.size(); ++beside) {
+    int& most = least[beside];
+    most = std::max(most, std::min(widths[beside], kMinWrapped));
+    most = beside < kNames ? std::min(most, std::max(width / 2, 1)) : most;
+    used += kGap + most;
+    if (used > width && beside > 0 && !pairs) {
+      break;
+    }
+  }
+  widths.resize(beside);
+  const int all =
+      std::accumulate(widths.begin(), widths.end(), -kGap, [](int sum, int each) { return sum + kGap + each; });
+  for (int over = all - width; over > 0; --over) {  // makes the widest columns narrower
+    std::size_t widest = 0;
+    for (std::size_t i = 1; i < beside; ++i) {
+      if (std::pair(widths[i] > least[i], widths[i]) > std::pair(widths[widest] > least[widest], widths[widest])) {
+        widest = i;
+      }
+    }
+    widths[widest] = std::max(widths[widest] - 1, 1);
   }
   return widths;
-}
-
-int width_of(const Block& block) {
-  int width = block.indent - kGap;
-  for (const auto& [column, each] : block.columns) {
-    width += kGap + each;
-  }
-  return width;
-}
-
-/// Makes the widest columns narrower until the block fits.
-void shrink(Block& block, const std::vector<Widths>& widths, int width) {
-  for (int over = width_of(block) - width; over > 0; --over) {
-    const auto widest = std::ranges::max_element(block.columns, {}, [&](const auto& column) {
-      return std::pair(column.second > widths[column.first].least, column.second);
-    });
-    widest->second = std::max(widest->second - 1, 2);
-  }
-}
-
-/// The layout of a row: one block, or several below each other. `width` 0: no limit.
-std::vector<Block> layout(const std::vector<Widths>& widths, int width) {
-  Block all;
-  for (std::size_t i = 0; i < widths.size(); ++i) {
-    all.columns.emplace_back(i, widths[i].all);
-  }
-  const int over = width > 0 ? width_of(all) - width : 0;
-  if (const auto widest = std::ranges::max_element(all.columns, {}, &std::pair<std::size_t, int>::second);
-      over <= 0 || widest->second - over >= kMinWrapped) {
-    if (over > 0) {
-      widest->second -= over;
-    }
-    return {all};
-  }
-  std::vector<Block> blocks(1);
-  int used = -kGap;
-  for (std::size_t i = 0; i < widths.size(); ++i) {
-    if (!blocks.back().columns.empty() && used + kGap + widths[i].least > width) {
-      shrink(blocks.back(), widths, width);
-      blocks.push_back({std::min(kIndent, width / 4), {}});
-      used = blocks.back().indent - kGap;
-    }
-    blocks.back().columns.emplace_back(i, widths[i].all);
-    used += kGap + widths[i].least;
-  }
-  shrink(blocks.back(), widths, width);
-  return blocks;
 }
 
 struct Line {
@@ -112,31 +87,8 @@ struct Line {
   }
 };
 
-void add_block(const std::vector<std::string>& row, const Block& block, const Coloring& coloring,
-               std::vector<std::string>& lines) {
-  std::vector<Line> block_lines;
-  int begin = block.indent;
-  for (const auto& [column, width] : block.columns) {
-    if (column < row.size()) {
-      const int color = column == coloring.column ? coloring.code(row[column]) : 0;
-      const std::vector<std::string> cell = wrap_to_columns(row[column], std::max(width, 2));
-      block_lines.resize(std::max(block_lines.size(), cell.size()));
-      for (std::size_t i = 0; i < cell.size(); ++i) {
-        if (!cell[i].empty()) {
-          block_lines[i].append(cell[i], begin, color);
-        }
-      }
-    }
-    begin += width + kGap;
-  }
-  std::ranges::transform(block_lines, std::back_inserter(lines), [](Line& line) { return std::move(line.text); });
-}
-
 /// "cornell-be…blocks": the first and the last characters.
 std::string shortened(std::string_view text, int columns) {
-  if (columns_of(text) <= columns) {
-    return std::string(text);
-  }
   const std::string head = cut_to_columns(text, columns / 2);
   while (!text.empty() && columns_of(text) > columns - 1 - columns_of(head)) {
     const std::string first = cut_to_columns(text, 1);
@@ -145,41 +97,66 @@ std::string shortened(std::string_view text, int columns) {
   return cut_to_columns(fmt::format("{}…{}", head, text), columns);
 }
 
-/// Whether the first column stays whole.
-bool keeps_first(const std::vector<Widths>& widths, int width) {
-  return widths.size() > 1 && widths[0].all <= width;
+/// "owner ada": a cell below its row. Empty for a cell without a value.
+std::string with_heading(std::string heading, const std::string& cell) {
+  std::ranges::transform(heading, heading.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return cell.empty() || cell == "-" ? "" : heading.empty() ? cell : fmt::format("{} {}", heading, cell);
 }
 
-/// The width of the first columns, the long ones shortened.
-int least_width(const std::vector<Widths>& widths, std::size_t columns, bool keeps_first) {
-  int width = -kGap;
-  for (std::size_t i = 0; i < columns; ++i) {
-    width += kGap + (i == 0 && keeps_first ? widths[i].all : std::min(widths[i].all, kMinShortened));
-  }
-  return width;
-}
+/// Formats a table of these columns row by row.
+class RowFormat {
+ public:
+  RowFormat(const Rows& rows, int width, const Coloring& coloring)
+      : heads_(rows.front()),
+        width_(width),
+        coloring_(coloring),
+        pairs_(are_pairs(rows)),
+        widths_(widths_beside(rows, width)) {}
 
-/// The number of first columns that fit into a line, the long ones shortened. At least one.
-std::size_t columns_shown(const std::vector<Widths>& widths, int width) {
-  std::size_t columns = widths.size();
-  while (columns > 1 && least_width(widths, columns, keeps_first(widths, width)) > width) {
-    --columns;
+  std::vector<std::string> lines_of(const std::vector<std::string>& row) const {
+    std::vector<Line> beside;
+    std::vector<std::string> below;
+    int begin = 0;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const bool whole = i < widths_.size() && (pairs_ || widest_word(row[i]) <= widths_[i]);
+      if (i < widths_.size()) {
+        add_cell(whole ? wrap_to_columns(row[i], std::max(widths_[i], 2)) : std::vector{shortened(row[i], widths_[i])},
+                 begin, i == coloring_.column ? coloring_.code(row[i]) : 0, beside);
+        begin += widths_[i] + kGap;
+      }
+      const std::string text = whole || &row == &heads_ ? "" : with_heading(heads_.at(i), row[i]);
+      if (!text.empty()) {
+        below.push_back(text);
+      }
+    }
+    std::vector<std::string> lines;
+    std::ranges::transform(beside, std::back_inserter(lines), [](Line& line) { return std::move(line.text); });
+    if (!below.empty()) {
+      const int indent = std::min(kIndent, width_ / 4);
+      for (const std::string& line :
+           wrap_to_columns(fmt::format("{}", fmt::join(below, ", ")), std::max(width_ - indent, 2))) {
+        lines.push_back(std::string(static_cast<std::size_t>(indent), ' ') + line);
+      }
+    }
+    return lines;
   }
-  return columns;
-}
 
-/// A line of the first columns. The widest ones are narrowed until it fits.
-Block line_layout(const std::vector<Widths>& widths, int width) {
-  Block block;
-  for (std::size_t i = 0; i < columns_shown(widths, width); ++i) {
-    block.columns.emplace_back(i, widths[i].all);
+ private:
+  static void add_cell(const std::vector<std::string>& cell, int begin, int color, std::vector<Line>& lines) {
+    lines.resize(std::max(lines.size(), cell.size()));
+    for (std::size_t i = 0; i < cell.size(); ++i) {
+      if (!cell[i].empty()) {
+        lines[i].append(cell[i], begin, color);
+      }
+    }
   }
-  const auto narrowed = std::span(block.columns).subspan(keeps_first(widths, width) ? 1 : 0);
-  for (int over = width_of(block) - width; over > 0; --over) {
-    --std::ranges::max_element(narrowed, {}, &std::pair<std::size_t, int>::second)->second;
-  }
-  return block;
-}
+
+  const std::vector<std::string>& heads_;
+  const int width_;
+  const Coloring& coloring_;
+  const bool pairs_;
+  const std::vector<int> widths_;
+};
 
 /// The columns of standard output's terminal; 0: none.
 int output_columns() {
@@ -192,83 +169,29 @@ Coloring coloring_of_output(const Coloring& coloring) {
 
 }  // namespace
 
+std::vector<std::vector<std::string>> format_rows(Rows rows, int width, const Coloring& coloring) {
+  std::vector<std::vector<std::string>> lines;
+  if (!rows.empty()) {
+    escape(rows);
+    const RowFormat format(rows, width, coloring);
+    for (const auto& row : rows) {
+      lines.push_back(format.lines_of(row));
+    }
+  }
+  return lines;
+}
+
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring) {
-  escape(rows);
-  const std::vector<Block> blocks = layout(widths_of(rows), width);
   std::vector<std::string> lines;
-  for (const auto& row : rows) {
-    for (const Block& block : blocks) {
-      add_block(row, block, coloring, lines);
-    }
+  for (auto& row : format_rows(std::move(rows), width, coloring)) {
+    std::ranges::move(row, std::back_inserter(lines));
   }
   return lines;
-}
-
-std::vector<std::string> format_table_in_lines(Rows rows, int width, const Coloring& coloring) {
-  if (width <= 0) {
-    return format_table(std::move(rows), 0, coloring);
-  }
-  escape(rows);
-  const Block block = line_layout(widths_of(rows), width);
-  std::vector<std::string> lines;
-  for (auto& row : rows) {
-    for (const auto& [column, most] : block.columns) {
-      if (column < row.size()) {
-        row[column] = shortened(row[column], most);
-      }
-    }
-    add_block(row, block, coloring, lines);
-  }
-  return lines;
-}
-
-std::string hidden_columns(Rows rows, int width) {
-  escape(rows);
-  const std::vector<Widths> widths = widths_of(rows);
-  const std::size_t shown = columns_shown(widths, width);
-  if (width <= 0 || shown >= widths.size()) {
-    return "";
-  }
-  return fmt::format("hidden: {} (needs {} columns)",
-                     fmt::join(rows.front().begin() + static_cast<std::ptrdiff_t>(shown), rows.front().end(), ", "),
-                     least_width(widths, widths.size(), keeps_first(widths, width)));
-}
-
-std::string shortened_columns(Rows rows, int width) {
-  escape(rows);
-  const std::vector<Widths> widths = widths_of(rows);
-  std::vector<std::string> names;
-  if (width > 0) {
-    for (const auto& [column, columns] : line_layout(widths, width).columns) {
-      if (columns < widths[column].all) {
-        names.push_back(rows.front()[column]);
-      }
-    }
-  }
-  if (names.empty()) {
-    return "";
-  }
-  Block whole;
-  for (std::size_t i = 0; i < widths.size(); ++i) {
-    whole.columns.emplace_back(i, widths[i].all);
-  }
-  return fmt::format("shortened: {} (needs {} columns)", fmt::join(names, ", "), width_of(whole));
 }
 
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring) {
   for (const std::string& line : format_table(rows, output_columns(), coloring_of_output(coloring))) {
     console.styled_result(line);  // cells are escaped
-  }
-}
-
-void print_table_in_lines(const Console& console, const Rows& rows, const Coloring& coloring) {
-  const int columns = output_columns();
-  for (const std::string& line : format_table_in_lines(rows, columns, coloring_of_output(coloring))) {
-    console.styled_result(line);  // cells are escaped
-  }
-  const std::string hidden = hidden_columns(rows, columns), shortened = shortened_columns(rows, columns);
-  if (!hidden.empty() || !shortened.empty()) {
-    console.notice(fmt::format("{}{}{}", hidden, hidden.empty() || shortened.empty() ? "" : "; ", shortened));
   }
 }
 

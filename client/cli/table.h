@@ -20,25 +20,16 @@ struct Coloring {
 };
 
 /// Rows under a header, with columns padded to their widest cell. Cells are UTF-8. Control characters in them are
-/// escaped. If `width` columns (0: no limit) are too few, the widest columns are wrapped. If that is not enough, each
-/// row takes several lines. No text is left out.
+/// escaped. If `width` columns (0: no limit) are too few, wide columns are wrapped. If that is not enough, the last
+/// columns move to an indented line below each row, as "owner ada, size 96x80", without those that are empty or "-". A
+/// name in the first columns that is longer than half of `width` loses its middle, and stands whole on that line. Rows
+/// of two cells need no header: they are only wrapped.
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring = {});
 
-/// A line for each row, of at most `width` columns (0: no limit). If they are too few, the widest cells lose their
-/// middle. If that is not enough, the last columns are left out. The first column stays whole if it fits, because
-/// commands take its text.
-std::vector<std::string> format_table_in_lines(Rows rows, int width, const Coloring& coloring = {});
-
-/// "hidden: SAMPLES, OWNER (needs 96 columns)", the columns that format_table_in_lines leaves out. Empty if none.
-std::string hidden_columns(Rows rows, int width);
-
-/// "shortened: NAME (needs 131 columns)", the columns with cells that format_table_in_lines shortens. Empty if none.
-std::string shortened_columns(Rows rows, int width);
+/// The same, with the lines of each row apart.
+std::vector<std::vector<std::string>> format_rows(Rows rows, int width, const Coloring& coloring = {});
 
 /// Prints rows for people. In a terminal they are fitted to it, and coloured if colors_wanted.
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring = {});
-
-/// The same with a line for each row. A notice names the columns that are left out or shortened.
-void print_table_in_lines(const Console& console, const Rows& rows, const Coloring& coloring = {});
 
 }  // namespace lightmill::cli

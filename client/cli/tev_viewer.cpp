@@ -32,7 +32,7 @@ TevViewer::TevViewer(HostPort address, std::uint64_t job, const Console& console
       console_(console),
       pauses_(pauses),
       clock_(clock),
-      connection_(std::move(address), pauses.patience, clock),
+      connection_(std::move(address), pauses.timeout, clock),
       thread_([this] { run(); }) {}
 
 TevViewer::~TevViewer() {

@@ -15,9 +15,9 @@
 namespace lightmill::cli {
 
 struct TevPauses {
-  Duration retry = std::chrono::seconds(1);     ///< before the next try
-  Duration lasting = std::chrono::seconds(3);   ///< a connection that lasts this long has a viewer
-  Duration patience = std::chrono::seconds(5);  ///< time limit for a viewer that does not answer, or accepts no bytes
+  Duration retry = std::chrono::seconds(1);    ///< before the next try
+  Duration lasting = std::chrono::seconds(3);  ///< a connection that lasts this long has a viewer
+  Duration timeout = std::chrono::seconds(5);  ///< time limit for a viewer that does not answer, or accepts no bytes
 };
 
 /// Sends changed tiles from a thread of its own. A slow viewer gets the newest version of each tile, and delays no

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <optional>
+#include <numeric>
 
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
@@ -17,6 +17,9 @@ namespace {
 
 /// The lines above the tables are wrapped on screens of this size or larger, and cut on smaller ones.
 constexpr int kRowsForWrapping = 16, kColumnsForWrapping = 40;
+
+/// Numbers of waiting jobs that are listed for a reason.
+constexpr std::size_t kWaitingNamed = 5;
 
 /// The place of a state in the list.
 int rank_of(v1::JobState state) {
@@ -42,12 +45,11 @@ std::string counts_text(const std::vector<std::string>& kinds) {
 }
 
 Rows job_rows(const std::vector<v1::Job>& jobs) {
-  Rows rows{{"JOB", "STATE", "DONE", "NAME", "ERROR", "ETA", "RATE", "SAMPLES", "OWNER"}};
+  Rows rows{{"JOB", "NAME", "STATE", "DONE", "ERROR", "ETA", "RATE", "SAMPLES", "OWNER"}};
   for (const v1::Job& job : jobs) {
     const bool running = job.state() == v1::JOB_STATE_RUNNING;
-    rows.push_back({std::to_string(job.id()), state_name(job.state()),
+    rows.push_back({std::to_string(job.id()), job.name(), state_name(job.state()),
                     fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
-                    job.reason().empty() ? job.name() : fmt::format("{} ({})", job.name(), job.reason()),
                     error_text(job).empty() ? "-" : error_text(job),
                     running && job.reason().empty() && job.eta_seconds() >= 0 ? rough_seconds(job.eta_seconds()) : "-",
                     running ? human_rate(job.samples_per_second()) : "-", short_samples_count(job), job.owner()});
@@ -60,24 +62,36 @@ std::string fitted(const std::string& line, int columns) {
   return columns > 0 ? cut_to_columns(line, columns) : line;
 }
 
-/// Adds the table in at most `most` lines with its header; empty: all lines that it needs. The last line says how many
-/// rows and columns are left out.
-void add_table(Rows rows, int columns, std::optional<std::size_t> most, const Coloring& coloring,
-               std::vector<std::string>& lines) {
-  if (!most) {
-    std::ranges::move(format_table(std::move(rows), columns, coloring), std::back_inserter(lines));
-    return;
+/// A table, and notes below it.
+struct Section {
+  std::vector<std::vector<std::string>> rows;  ///< the lines of each row, the header first
+  std::vector<std::string> notes;
+
+  std::size_t lines() const {
+    return std::accumulate(rows.begin(), rows.end(), notes.size(),
+                           [](std::size_t sum, const auto& row) { return sum + row.size(); });
   }
-  const std::string hidden = hidden_columns(rows, columns);
-  const bool cut = rows.size() + (hidden.empty() ? 0 : 1) > *most;
-  const std::size_t left_out = cut ? rows.size() - std::min(*most - 1, rows.size()) : 0;
-  rows.resize(rows.size() - left_out);
-  std::ranges::move(format_table_in_lines(std::move(rows), columns, coloring), std::back_inserter(lines));
-  std::string end = left_out > 0 ? fmt::format("… and {} more", left_out) : "";
-  end += end.empty() || hidden.empty() ? hidden : "; " + hidden;
-  if (!end.empty()) {
-    lines.push_back(fitted(end, columns));
+};
+
+/// A header, and one row or the number of rows.
+constexpr std::size_t kMinLines = 2;
+
+/// Adds at most `most` lines of the section. If it has more, a line says how many rows are left out.
+void add_section(Section section, int columns, std::size_t most, std::vector<std::string>& lines) {
+  std::size_t room = section.lines();
+  if (room > most) {
+    section.notes.resize(std::min(section.notes.size(), (most - kMinLines) / 2));
+    room = most - section.notes.size() - 1;
   }
+  std::size_t shown = 0;
+  for (; shown < section.rows.size() && section.rows[shown].size() <= room; ++shown) {
+    room -= section.rows[shown].size();
+    std::ranges::move(section.rows[shown], std::back_inserter(lines));
+  }
+  if (const std::size_t left_out = section.rows.size() - std::max<std::size_t>(shown, 1); left_out > 0) {
+    lines.push_back(fitted(fmt::format("… and {} more", left_out), columns));
+  }
+  std::ranges::move(section.notes, std::back_inserter(lines));
 }
 
 }  // namespace
@@ -166,28 +180,30 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
   }
   lines = std::move(fitting);
 
-  const Rows job_table = job_rows(jobs), worker_table = worker_rows(workers);
-  // Each table gets the rows that the other leaves, and at least half.
-  constexpr std::size_t kMin = 2;  // a header, and one row or the number of rows
-  std::optional<std::size_t> most_jobs, most_workers;
+  Section job_section{format_rows(job_rows(jobs), columns, color ? Coloring{2, color_of_state} : Coloring()), {}};
+  for (const std::string& reason : wait_texts(jobs, kWaitingNamed)) {
+    const std::string text = printable(reason);
+    std::ranges::move(columns > 1 ? wrap_to_columns(text, columns) : std::vector{text},
+                      std::back_inserter(job_section.notes));
+  }
+  const Section worker_section{
+      format_rows(worker_rows(workers), columns, color ? Coloring{1, color_of_activity} : Coloring()), {}};
+  // Each table gets the lines that the other leaves, and at least half.
+  std::size_t most_jobs = job_section.lines(), most_workers = worker_section.lines();
   if (rows > 0) {
     const std::size_t blank = 2;
     const std::size_t used = lines.size() + blank;
-    const std::size_t room = std::max(static_cast<std::size_t>(rows) > used ? rows - used : 0, 2 * kMin);
-    const std::size_t half = room / 2;
-    const auto lines_of = [&](const Rows& table) {
-      return table.size() == 1 ? 1 : table.size() + (hidden_columns(table, columns).empty() ? 0 : 1);
-    };
-    most_jobs = std::min(lines_of(job_table), std::max(half, room - std::min(room - kMin, lines_of(worker_table))));
-    most_workers = std::min(lines_of(worker_table), room - *most_jobs);
+    const std::size_t room = std::max(static_cast<std::size_t>(rows) > used ? rows - used : 0, 2 * kMinLines);
+    most_jobs = std::min(most_jobs, std::max(room / 2, room - std::min(room - kMinLines, most_workers)));
+    most_workers = std::min(most_workers, room - most_jobs);
   }
   if (!jobs.empty()) {
     lines.emplace_back();
-    add_table(job_table, columns, most_jobs, color ? Coloring{1, color_of_state} : Coloring(), lines);
+    add_section(std::move(job_section), columns, most_jobs, lines);
   }
   if (!workers.empty()) {
     lines.emplace_back();
-    add_table(worker_table, columns, most_workers, color ? Coloring{1, color_of_activity} : Coloring(), lines);
+    add_section(worker_section, columns, most_workers, lines);
   }
   if (rows > 0 && lines.size() > static_cast<std::size_t>(rows)) {
     lines.resize(static_cast<std::size_t>(rows));

@@ -162,7 +162,7 @@ Result<double> parse_share(std::string_view text) {
   return *number / 100;
 }
 
-Result<double> parse_seconds(std::string_view text) {
+Result<double> parse_time(std::string_view text) {
   constexpr std::string_view kUnits = "smhdw";
   constexpr std::array<double, 5> kSeconds{1, 60, 3600, 86400, 7 * 86400};
   std::string_view digits = text;
@@ -178,8 +178,13 @@ Result<double> parse_seconds(std::string_view text) {
     return invalid_argument("a time is a number of seconds, or one with s, m, h, d or w (as in 90, 1.5m, 2h), got '{}'",
                             text);
   }
-  LM_RETURN_IF_ERROR(check_goal_seconds(*number * unit));
   return *number * unit;
+}
+
+Result<double> parse_seconds(std::string_view text) {
+  LM_ASSIGN_OR_RETURN(const double seconds, parse_time(text));
+  LM_RETURN_IF_ERROR(check_goal_seconds(seconds));
+  return seconds;
 }
 
 }  // namespace lightmill::cli

@@ -57,7 +57,10 @@ Result<double> parse_error(std::string_view text);
 /// A share: "1%", "0.5%", "all" (1), "none" (0).
 Result<double> parse_share(std::string_view text);
 
-/// Seconds from "90", "90s", "1.5m", "2h", "1d" or "1w", as check_goal_seconds allows.
+/// Seconds from "90", "90s", "1.5m", "2h", "1d" or "1w".
+Result<double> parse_time(std::string_view text);
+
+/// The same for a job's limit, as check_goal_seconds allows.
 Result<double> parse_seconds(std::string_view text);
 
 }  // namespace lightmill::cli

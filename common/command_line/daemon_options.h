@@ -56,7 +56,7 @@ inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, co
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    const std::string text = usage_error_text(app, error);
+    const std::string text = usage_error_text(app, error, {argv + 1, argv + argc});
     std::cerr << error_for_terminal(fmt::format("{0}: {1}\nTry `{0} --help`.", app.get_name(), text)) << "\n";
     if (failed) {
       failed(text);

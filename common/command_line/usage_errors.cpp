@@ -11,6 +11,7 @@
 #include "common/base/suggestion.h"
 #include "common/base/text_width.h"
 #include "common/command_line/command_tree.h"
+#include "common/command_line/shell_word.h"
 
 namespace lightmill {
 namespace {
@@ -103,6 +104,36 @@ std::string unknown_word(const CLI::App& app, std::string_view left_over) {
   return fmt::format("`{}` has no option {}{}", command.words(), word, did_you_mean(word, names));
 }
 
+/// The error for the first of the words `early`, which stand before a command and are no command's.
+std::string early_word(const CLI::App& app, const CLI::App& read, const std::vector<std::string>& early,
+                       std::vector<std::string> words) {
+  const std::string word = early.front().substr(0, early.front().find('='));
+  const CommandDoc command = command_of(read);
+  if (!word.starts_with('-') || std::ranges::none_of(command.options, [&](const OptionDoc& option) {
+        return std::ranges::find(option.names, word) != option.names.end();
+      })) {
+    return unknown_word(word.starts_with('-') ? read : app, word);
+  }
+  for (const std::string& each : early) {
+    if (const auto found = std::ranges::find(words, each); found != words.end()) {
+      words.erase(found);
+    }
+  }
+  words.insert(words.end(), early.begin(), early.end());
+  std::ranges::transform(words, words.begin(), shell_word);
+  return fmt::format("{} must follow its command: `{} {}`", word, app.get_name(), fmt::join(words, " "));
+}
+
+/// The words before the commands that were read, in order.
+std::vector<std::string> early_words(const CLI::App& read) {
+  std::vector<std::string> words;
+  for (const CLI::App* app = read.get_parent(); app != nullptr; app = app->get_parent()) {
+    const std::vector<std::string> left_over = app->remaining();
+    words.insert(words.begin(), left_over.begin(), left_over.end());
+  }
+  return words;
+}
+
 }  // namespace
 
 std::string words_read(const CLI::App& app) {
@@ -115,15 +146,21 @@ std::string error_for_terminal(std::string_view text) {
   return columns > 0 && colors_wanted() ? fmt::format("\x1b[31m{}\x1b[0m", lines) : lines;
 }
 
-std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) {
+std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   const std::string text = error.what();
   const CLI::App& read = command_read(app);
   const std::vector<std::string> left_over = read.remaining();
+  const std::vector<std::string> early = early_words(read);
   const bool lacks_command = read.get_require_subcommand_min() > 0 && read.get_subcommands().empty();
-  if (!left_over.empty() && (lacks_command || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)) {
+  const bool extra = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  const bool missing = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  if (!early.empty() && (extra || missing)) {
+    return early_word(app, read, early, words);
+  }
+  if (!left_over.empty() && (lacks_command || extra)) {
     return unknown_word(read, left_over.front());
   }
-  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+  if (missing) {
     // A misspelt option is more likely the mistake than the one that is missing.
     const auto unknown = std::ranges::find_if(left_over, [](const std::string& word) { return word.starts_with('-'); });
     if (unknown != left_over.end()) {

@@ -38,7 +38,7 @@ class FilmOutline {
 
   std::size_t expected_values(TileId tile, SampleRange range) const;  ///< of a node
   std::uint64_t samples(TileId tile) const;                           ///< merged so far, per pixel
-  bool covered(TileId tile, SampleRange range) const;  ///< by itself or an ancestor; so also if descendants fill it
+  bool covered(TileId tile, SampleRange range) const;                 ///< whether find() finds a node
   std::uint64_t non_finite() const { return non_finite_; }
   std::uint64_t bytes() const { return bytes_; }                  ///< of the nodes' values
   const std::vector<NodeOutline>& nodes(TileId tile) const;       ///< ascending, disjoint, maximal

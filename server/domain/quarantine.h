@@ -31,7 +31,7 @@ class Quarantine {
   // ---- requests of operators, by a worker's name ----
   /// NOT_FOUND unless the worker is connected or the farm has results of it.
   Status put(const std::string& worker, const std::string& reason, bool render_again, const Event& event);
-  /// NOT_FOUND.
+  /// NOT_FOUND unless the worker, or another one of its identity, is in quarantine.
   Status release(const std::string& worker, const Event& event);
 
  private:

@@ -7,6 +7,8 @@ A page has a made part between `<!-- NAME: made by … -->` and `<!-- end -->`:
   commands  the programs' options, and the topics of `lightmill help`
   metrics   /metrics of a coordinator
   calls     client/web/public/openapi.json, which tests compare with the coordinator's operations
+  methods   the first table of `lightmill help methods`
+  layers    the tables of `lightmill help layers`
 """
 import argparse
 import difflib
@@ -22,7 +24,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "deploy"))
 from patience import PATIENCE_S, wait_until
 from processes import BackgroundProgram
 
-PAGES = {"command-line.md": "commands", "metrics.md": "metrics", "http-api.md": "calls"}
+PAGES = {"command-line.md": "commands", "metrics.md": "metrics", "http-api.md": "calls", "methods.md": "methods", "exr.md": "layers"}
 DESCRIBE = pathlib.Path(__file__).resolve().parents[2] / "deploy/describe"
 PROGRAMS = ["lightmill", "lightmill-server", "lightmill-worker"]
 
@@ -104,6 +106,34 @@ def calls(root, _programs):
             body = [field for each in content.values() for field in fields_of(each["schema"])]
             rows.append([f"{method.upper()} `{base}{path}`", call["summary"], roles_of(call), "<br>".join(query + body)])
     return table(["call", "what it does", "roles", "query and body"], [[cell.replace("|", "\\|") for cell in row] for row in rows])
+
+
+def topic_tables(programs, topic):
+    """The tables of `lightmill help TOPIC`, each as its heads and rows. A table ends at an empty line."""
+    tables = []
+    for block in printed(programs / "lightmill", "help", topic).split("\n\n"):
+        head, *lines = block.strip("\n").splitlines()
+        if re.fullmatch(r"[A-Z]+(  +[A-Z]+)+", head):
+            starts = [word.start() for word in re.finditer(r"[A-Z]+", head)]
+            rows = [[line[begin:end].strip() for begin, end in zip(starts, starts[1:] + [None])] for line in lines]
+            tables.append((head.lower().split(), rows))
+    return tables
+
+
+def as_code(cell):
+    """"`a`, `b`" for "a, b"; "all but `a`" for "all but a"."""
+    return re.sub(r"(?<![^\s,])(?!(?:all|but|others)\b)[^\s,]+", r"`\g<0>`", cell)
+
+
+def methods(_root, programs):
+    heads, rows = topic_tables(programs, "methods")[0]
+    return table(heads, [[as_code(name), shows, as_code(parameters)] for name, shows, parameters in rows])
+
+
+def layers(_root, programs):
+    (heads, rows), (method_heads, method_rows) = topic_tables(programs, "layers")
+    return (table(heads, [[as_code(name), as_code(channels), contents] for name, channels, contents in rows]) + "\n" +
+            table(method_heads, [list(map(as_code, row)) for row in method_rows]))
 
 
 def made_page(file, text, name, part):

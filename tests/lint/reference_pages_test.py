@@ -28,9 +28,10 @@ class ReferencePages(unittest.TestCase):
         return run.returncode, run.stdout + run.stderr
 
     def test_a_stale_page_fails_until_it_is_written_again(self):
-        pages = {name: self.root / "docs/reference" / name for name in ("command-line.md", "metrics.md", "http-api.md")}
+        pages = {name: self.root / "docs/reference" / name for name in ("command-line.md", "metrics.md", "http-api.md", "methods.md", "exr.md")}
         for line, page in (("| `--spp N` |", pages["command-line.md"]), ("| `lightmill_storing` |", pages["metrics.md"]),
-                           ("| GET `/api/v1/jobs/{id}` |", pages["http-api.md"])):
+                           ("| GET `/api/v1/jobs/{id}` |", pages["http-api.md"]), ("| `vcm` |", pages["methods.md"]),
+                           ("| `albedo` |", pages["exr.md"])):
             text = page.read_text()
             self.assertIn(line, text)
             page.write_text(text.replace(line, line.replace("` |", "s` |")))

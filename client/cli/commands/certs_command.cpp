@@ -141,7 +141,7 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
     fs::permissions(folder, fs::perms::owner_all, error);
   }
   if (error) {
-    return as_output_error(unavailable("cannot make the folder {}: {}", folder.string(), error.message()));
+    return invalid_argument("cannot make the folder {}: {}", folder.string(), error.message());
   }
   const fs::path certificate = folder / kAuthorityCertificate;
   if (!options.replace && fs::exists(certificate, error)) {  // its key may be elsewhere

@@ -9,6 +9,11 @@
 namespace lightmill::cli {
 namespace {
 
+/// "`lightmill help workers`."
+std::string help_of(const std::vector<std::string>& words) {
+  return fmt::format("`lightmill help{}{}`.", words.empty() ? "" : " ", fmt::join(words, " "));
+}
+
 Status explain(const CLI::App& app, const std::vector<std::string>& words, const Console& console) {
   const CLI::App* command = &app;
   for (const std::string& word : words) {
@@ -21,15 +26,22 @@ Status explain(const CLI::App& app, const std::vector<std::string>& words, const
       topic->explain(console);
       return ok_status();
     } else {
+      const CommandDoc doc = command_of(*command);
+      const std::vector<std::string> known(doc.path.begin() + 1, doc.path.end());
+      if (topic != help_topics().end() || (!known.empty() && doc.commands.empty())) {
+        return invalid_argument("`lightmill help` explains one command or topic at a time, got '{}'\nTry {}",
+                                fmt::join(words, " "), help_of(known.empty() ? std::vector{word} : known));
+      }
       std::vector<std::string> names;
-      for (const CommandDoc& each : command_of(*command).commands) {
+      for (const CommandDoc& each : doc.commands) {
         names.push_back(each.name());
       }
-      if (command == &app) {
+      if (known.empty()) {
         const std::vector<std::string_view> topics = help_topic_names();
         names.insert(names.end(), topics.begin(), topics.end());
       }
-      return invalid_argument("unknown command or topic '{}'{}", word, did_you_mean(word, names));
+      return invalid_argument("unknown command{} '{}'{}\nTry {}", known.empty() ? " or topic" : "",
+                              fmt::join(words, " "), did_you_mean(word, names), help_of(known));
     }
   }
   std::string page = help_page_for_terminal(*command);

@@ -1,7 +1,6 @@
 // lightmill jobs | cancel | pause | resume | priority | extend | delete
 #include <cmath>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -40,21 +39,6 @@ std::vector<std::string> table_row(const v1::Job& job, std::int64_t now_ms) {
           job.owner(),
           human_day(job.submitted_unix_ms(), now_ms),
           fmt::format("{}x{}", job.width(), job.height())};
-}
-
-/// The reasons for which unfinished jobs wait, without duplicates.
-std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
-  std::map<std::string, std::vector<std::uint64_t>> by_reason;
-  for (const v1::Job& job : jobs) {
-    if (!job.reason().empty() && (job.state() == v1::JOB_STATE_RUNNING || job.state() == v1::JOB_STATE_QUEUED)) {
-      by_reason[job.reason()].push_back(job.id());
-    }
-  }
-  std::vector<std::string> lines;
-  for (const auto& [reason, ids] : by_reason) {
-    lines.push_back(fmt::format("{} {}: {}", ids.size() == 1 ? "job" : "jobs", fmt::join(ids, ", "), reason));
-  }
-  return lines;
 }
 
 Result<JobState> parse_state(std::string_view text) {
@@ -100,11 +84,11 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   if (jobs.empty()) {
     console.result(chosen ? "no job matches" : "no jobs yet: `lightmill submit SCENE` queues one");
   } else {
-    print_table_in_lines(console, rows, {2, color_of_state});
+    print_table(console, rows, {2, color_of_state});
     if (jobs.size() < listed.total) {
       console.notice(fmt::format("{} of {} jobs; --all lists all", jobs.size(), listed.total));
     }
-    console.notices(waits_of(jobs));
+    console.notices(wait_texts(jobs, jobs.size()));
   }
   return ok_status();
 }
@@ -223,8 +207,9 @@ void add_job_commands(CLI::App& app, Context& context) {
   });
 
   add("priority", "Set the priority of jobs.",
-      [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) {
-        return done(connection.set_priority(job, given.priority));
+      [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t id) -> Result<Done> {
+        LM_ASSIGN_OR_RETURN(const v1::Job job, connection.set_priority(id, given.priority));
+        return Done{to_json(job), fmt::format("job {} has priority {}", job.id(), job.priority())};
       })
       ->add_option("--to", options->priority, "jobs with a higher priority go first. New jobs have 0")
       ->type_name("P")
@@ -253,7 +238,11 @@ void add_job_commands(CLI::App& app, Context& context) {
 
   add("delete", "Delete ended jobs and their films.",
       [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
-        LM_RETURN_IF_ERROR(connection.delete_job(job, given.cancel));
+        const Status status = connection.delete_job(job, given.cancel);
+        if (status.code() == StatusCode::kFailedPrecondition && !given.cancel) {
+          return failed_precondition("{}. Give --cancel to cancel it first", message_of(status));
+        }
+        LM_RETURN_IF_ERROR(status);
         return Done{json{{"id", job}, {"deleted", true}}, fmt::format("job {} and its film are deleted", job)};
       })
       ->add_flag("--cancel", options->cancel, "cancel jobs first that have not ended");

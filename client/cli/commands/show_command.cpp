@@ -100,9 +100,10 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
     rows.push_back({"non-finite", fmt::format("{} samples counted as zero", counters.non_finite())});
   }
   if (verbose) {
+    const std::string& digest = film.picture.receipt.render_digest;
     rows.push_back({"results", fmt::format("{} merged, {} repeated, {} leases lost", counters.results_merged(),
                                            counters.results_duplicate(), counters.leases_lost())});
-    rows.push_back({"render digest", film.picture.receipt.render_digest});
+    rows.push_back({"render digest", digest.empty() ? "none yet" : digest});
     rows.push_back({"trace id", trace_text(job)});
   }
   return rows;

@@ -21,9 +21,9 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-constexpr double kMinInterval = 0.1;
-constexpr Duration kTick = std::chrono::milliseconds(50);  // interval of checks for keys and the window's size
-constexpr Duration kSilence = std::chrono::seconds(3);     // silence below this is not reported
+constexpr double kMinInterval = 0.1, kMaxInterval = kDaySeconds;  // seconds
+constexpr Duration kTick = std::chrono::milliseconds(50);         // interval of checks for keys and the window's size
+constexpr Duration kSilence = std::chrono::seconds(3);            // silence below this is not reported
 
 constexpr const char* kTopFooter =
     "q or Ctrl-C ends it. With --json, or if standard output is no terminal, it prints once.";
@@ -34,11 +34,10 @@ struct TopOptions {
 };
 
 Result<double> parse_interval(std::string_view text) {
-  LM_ASSIGN_OR_RETURN(const double seconds, parse_seconds(text));
-  if (seconds < kMinInterval) {
-    return invalid_argument("must be at least {} s, got '{}'", kMinInterval, printable(text));
-  }
-  return seconds;
+  const Result<double> seconds = parse_time(text);
+  return seconds.ok() && *seconds >= kMinInterval && *seconds <= kMaxInterval
+             ? seconds
+             : invalid_argument("a time from 0.1s to 1d is expected, such as 0.5s or 1m, got '{}'", printable(text));
 }
 
 Result<TopSnapshot> fetch_snapshot(CoordinatorClient& connection) {
@@ -140,7 +139,7 @@ void add_top_command(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("top", "Watch the farm: its unfinished jobs and its workers.");
   command->footer(kTopFooter);
   command->add_flag("--once", options->once, "print once, and end");
-  command->add_option("--interval", options->interval, "time between updates, e.g. 0.5s or 1m; at least 0.1s")
+  command->add_option("--interval", options->interval, "time between updates, e.g. 0.5s or 1m; from 0.1s to 1d")
       ->type_name("TIME")
       ->check(readable(parse_interval))
       ->capture_default_str();

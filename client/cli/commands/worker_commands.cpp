@@ -49,7 +49,7 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
         rows[i + 1].push_back(workers[i].away() ? "-" : workers[i].fingerprint_class());
       }
     }
-    print_table_in_lines(console, rows, {1, color_of_activity});
+    print_table(console, rows, {1, color_of_activity});
     if (listed.wanted > workers.size()) {
       console.notice(fmt::format("jobs could keep {} busy", counted(listed.wanted, "worker")));
     }

@@ -262,7 +262,7 @@ class SlurmTest(unittest.TestCase):
         wait_until("the first one answers", pair.answers)
         second = pair.start_coordinator("n3", "--store", store)
         self.addCleanup(self.cluster.call, "scancel", first, second)
-        wait_until("the second one stands by", lambda: "on standby" in pair.coordinator_log(second))
+        wait_until("the second one is on standby", lambda: "on standby" in pair.coordinator_log(second))
         pair.let_workers_enrol(1)
         pair.start_workers(1, "--nodelist=n4")
         job = pair.submit(9, 1500)
@@ -274,7 +274,7 @@ class SlurmTest(unittest.TestCase):
         wait_until("the worker has found it", lambda: pair.done(job) > before)
         self.expect_quiet_film(job, 9, 1500, pair)
         self.cluster.start_node("n2")
-        wait_until("the first one is started again, and stands by", lambda: "on standby" in pair.coordinator_log(first), 180)
+        wait_until("the first one is started again, and is on standby", lambda: "on standby" in pair.coordinator_log(first), 180)
         self.cluster.call("scancel", second)  # it says that it ends, and the standby takes over at once
         wait_until("the first one is at work again", pair.answers)
         self.assertTrue(pair.coordinator_log(second).rstrip().endswith("stopped"), pair.coordinator_log(second))

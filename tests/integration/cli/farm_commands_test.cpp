@@ -256,6 +256,19 @@ TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt)
   EXPECT_EQ(jobs[1]["state"], "queued");
 }
 
+TEST_F(FarmCliTest, AnswersSayWhatChangedOrWhatToDo) {
+  const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
+  const std::string first = submit({box}), second = submit({box});
+  const auto asked = [&](std::vector<std::string> command) {
+    return lightmill(with(std::move(command), {"--server", server()}));
+  };
+  EXPECT_EQ(asked({"priority", first, "--to", "10"}).out, fmt::format("job {} has priority 10\n", first));
+  EXPECT_NE(asked({"delete", first}).err.find("it is queued. Give --cancel to cancel it first\n"), std::string::npos);
+  const std::string digest = asked({"show", first, "--verbose"}).out;
+  EXPECT_NE(digest.find("render digest  none yet\n"), std::string::npos) << digest;
+  EXPECT_NE(asked({"jobs"}).err.find(fmt::format("jobs {}, {}: wait for a worker", second, first)), std::string::npos);
+}
+
 TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceDespiteOneFailure) {
   const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
   const std::string first = submit({box}), second = submit({box}), third = submit({box});

@@ -67,6 +67,7 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"check", box, "--mtl", "standard"},
       {"check", box, "--save-camera", file("nowhere/a.json")},
       {"check", box, "--save-camera", box},
+      {"certs", "init", "/proc/certs"},
       {"render", box, "-o", file("a.png"), "-o", file("./a.png")},
       {"render", box, "-o", file("a.exr"), file("b.png")},
       {"render", box, "--layers", ""},
@@ -176,6 +177,42 @@ TEST_F(CliTest, AFileThatCannotBeWrittenIsNamedAsGiven) {
     const CommandResult result = lightmill(command);
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.err, "lightmill: cannot write /proc/a.png: No such file or directory\n");
+  }
+}
+
+TEST_F(CliTest, OptionsBeforeTheCommandAreShownBehindIt) {
+  const CommandResult result = lightmill({"--server", "127.0.0.1:1", "jobs", "--all"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.err,
+            "lightmill: --server must follow its command: `lightmill jobs --all --server 127.0.0.1:1`\n"
+            "Try `lightmill help jobs`.\n");
+}
+
+TEST_F(CliTest, UnknownHelpNamesTheHelpThatExists) {
+  for (const auto& [words, text] :
+       {std::pair{std::vector<std::string>{"zzz"}, "unknown command or topic 'zzz'\nTry `lightmill help`.\n"},
+        {{"methds"}, "unknown command or topic 'methds'. Did you mean 'methods'?\nTry `lightmill help`.\n"},
+        {{"workers", "drian"},
+         "unknown command 'workers drian'. Did you mean 'drain'?\nTry `lightmill help workers`.\n"},
+        {{"render", "jobs"},
+         "`lightmill help` explains one command or topic at a time, got 'render jobs'\nTry `lightmill help render`.\n"},
+        {{"methods", "layers"},
+         "`lightmill help` explains one command or topic at a time, got 'methods layers'\n"
+         "Try `lightmill help methods`.\n"}}) {
+    std::vector<std::string> command{"help"};
+    command.insert(command.end(), words.begin(), words.end());
+    const CommandResult result = lightmill(command);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.err, fmt::format("lightmill: {}", text));
+  }
+}
+
+TEST_F(CliTest, BadIntervalsHaveOneErrorWithTheLimits) {
+  for (const char* interval : {"0", "0.05", "2d", "nan", "soon"}) {
+    EXPECT_EQ(lightmill({"top", "--interval", interval}).err,
+              fmt::format("lightmill: --interval: a time from 0.1s to 1d is expected, such as 0.5s or 1m, got '{}'\n"
+                          "Try `lightmill help top`.\n",
+                          interval));
   }
 }
 

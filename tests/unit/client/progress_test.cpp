@@ -112,6 +112,20 @@ TEST(Progress, ALineEndsWithoutBlanks) {
   }
 }
 
+TEST(Progress, JobsThatWaitForTheSameAreNamedTogether) {
+  std::vector<v1::Job> jobs(5);
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    jobs[i].set_id(i + 1);
+    jobs[i].set_state(v1::JOB_STATE_QUEUED);
+    jobs[i].set_reason("waits for a worker");
+  }
+  jobs[1].set_state(v1::JOB_STATE_FAILED);
+  jobs[4].set_reason("waits for space");
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(wait_texts(jobs, 5), (Lines{"jobs 1, 3, 4: wait for a worker", "job 5: waits for space"}));
+  EXPECT_EQ(wait_texts(jobs, 2), (Lines{"jobs 1, 3 and 1 more: wait for a worker", "job 5: waits for space"}));
+}
+
 TEST(Progress, EachReasonForAMethodHasALine) {
   v1::Job job = running_job();
   job.set_method("caustic");

@@ -1,5 +1,5 @@
 // A job's picture in another program's window: real connections on this machine, with short pauses. Where a test must
-// not wait, the viewer's patience is longer than the test's.
+// not wait, the viewer's timeout is longer than the test's.
 #include "client/cli/tev_viewer.h"
 
 #include <gtest/gtest.h>

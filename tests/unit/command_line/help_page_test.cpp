@@ -33,11 +33,10 @@ struct Mill {
   }
   CommandDoc grind() { return command_of(*app.get_subcommand("grind")); }
   std::string error_of(std::vector<std::string> words) {
-    std::ranges::reverse(words);
     try {
-      app.parse(words);
+      app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError& error) {
-      return usage_error_text(app, error);
+      return usage_error_text(app, error, words);
     }
     return "";
   }
@@ -208,6 +207,17 @@ TEST(UsageErrors, NameTheNearestWord) {
   EXPECT_EQ(Mill().error_of({"grind"}), "GRAIN must be given");
   EXPECT_EQ(Mill().error_of({}), "a command is missing. Commands: grind, grow, halt");
   EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), ". Did you mean 'abd'?");
+}
+
+TEST(UsageErrors, OptionsBeforeTheirCommandAreMovedBehindIt) {
+  EXPECT_EQ(Mill().error_of({"--size", "very fine", "grind", "wheat"}),
+            "--size must follow its command: `mill grind wheat --size 'very fine'`");
+  EXPECT_EQ(Mill().error_of({"--rye", "grow"}), "--rye must follow its command: `mill grow --rye`");
+  EXPECT_EQ(Mill().error_of({"--size=3", "--stones", "2", "grind"}),
+            "--size must follow its command: `mill grind --size=3 --stones 2`");
+  EXPECT_EQ(Mill().error_of({"--sise", "3", "grind", "wheat"}),
+            "`mill grind` has no option --sise. Did you mean '--size'?");
+  EXPECT_EQ(Mill().error_of({"girnd", "grow"}), "unknown command 'girnd'. Did you mean 'grind'?");
 }
 
 TEST(UsageErrors, HaveNoWordsOfTheParser) {
