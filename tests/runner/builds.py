@@ -40,11 +40,11 @@ def settings_of(folder):
 
 def configure(preset):
     """Updates the build folder from its CMake files and CMakePresets.json. A copy of a checkout's build folder starts again. So does
-    one whose variables were set by hand."""
+    one whose variables were set by hand, or whose last configuration did not end."""
     folder = BUILD / preset
     used = folder / "used_settings"
     command = ["ninja", "-C", f"build/{preset}", "build.ninja"]
-    if not used.exists() or used.read_text() != settings_of(folder):
+    if not used.exists() or used.read_text() != settings_of(folder) or not (folder / "build.ninja").exists():
         (folder / "CMakeCache.txt").unlink(missing_ok=True)
         command = ["cmake", "--preset", preset]
     log = folder / "configure.log"

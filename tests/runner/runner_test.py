@@ -229,6 +229,12 @@ class Runner(unittest.TestCase):
         """)
         self.assert_fails([], r"\n1 passed, 0 failed, 0 skipped, failed builds: 1")
 
+    def test_a_configuration_that_did_not_end_is_made_again(self):
+        self.plant_runs("")
+        self.assert_passes(["asan_tests"], r"\n1 passed")
+        (self.root / "build/release/build.ninja").unlink()
+        self.assert_passes(["asan_tests"], r"\n1 passed")
+
     def test_a_name_builds_what_it_runs(self):
         self.plant_runs("program(one_tests Toy.Passes unit)\nprogram(two_tests Toy.Passes unit)\n")
         self.assert_passes(["one_tests"], r"\n1 passed")
