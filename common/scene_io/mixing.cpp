@@ -32,9 +32,13 @@ Result<Material> mixed(const Material& first, const Material& second, double fac
                        Notices& notices) {
   if (is_nothing(first) != is_nothing(second)) {
     Material shown = is_nothing(first) ? second : first;
-    if (is_boundary(shown) || shown.opacity.mode != Opacity::Mode::opaque ||
-        (is_nothing(second) && map.texture != kNoTexture)) {
-      return invalid_argument("this transparency cannot be rendered");
+    if (is_boundary(shown) || shown.opacity.mode != Opacity::Mode::opaque) {
+      return invalid_argument("glass and transparent materials cannot be mixed with one that light passes unchanged");
+    }
+    if (is_nothing(second) && map.texture != kNoTexture) {
+      return invalid_argument(
+          "a texture cannot be the share of a material that light passes unchanged. Exchange the two materials, and "
+          "invert the texture");
     }
     shown.opacity = {Opacity::Mode::blend, is_nothing(first) ? factor : 1 - factor, map};
     return shown;

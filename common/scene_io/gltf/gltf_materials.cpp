@@ -234,7 +234,7 @@ void GltfMaterials::set_diffuse_transmission(const JsonNode& from, PrincipledMat
     return;
   }
   notices_.once("diffuse transmission is rendered as a mixture with a thin sheet that has no highlights");
-  kind.specular = factor < 1 ? std::min(kind.specular / (1 - factor), 1.0) : 1;
+  kind.specular = std::min(kind.specular / std::max(1 - factor, 1e-3), 1.0);
   Material rest, sheet;
   rest.kind = kind;
   rest.roughness_map = std::exchange(out.roughness_map, {});

@@ -108,7 +108,11 @@ Texture "dirt" "float" "imagemap" "string filename" "a.png" "float scale" 0.5
   EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(inner.first->kind));
   EXPECT_TRUE(is_boundary(pbrt_material(named + R"(Material "mix" "string materials" ["a" "glass"])")));
   EXPECT_EQ(pbrt_error(named + R"(Material "mix" "string materials" ["none" "glass"] Shape "sphere")"),
-            "a.pbrt:9: this transparency cannot be rendered");
+            "a.pbrt:9: glass and transparent materials cannot be mixed with one that light passes unchanged");
+  const std::string clear = R"(Material "mix" "string materials" ["b" "none"] "texture amount" "dirt" Shape "sphere")";
+  EXPECT_NE(
+      pbrt_error(named + clear, {{"a.png", "picture"}}).find("Exchange the two materials, and invert the texture"),
+      std::string::npos);
   const Material gauze = pbrt_material(named + R"(Material "mix" "string materials" ["b" "none"] "float amount" 0.25)");
   EXPECT_TRUE(std::holds_alternative<ConductorMaterial>(gauze.kind));
   EXPECT_EQ(gauze.opacity.mode, Opacity::Mode::blend);
