@@ -197,11 +197,11 @@ Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& option
 
 RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPlan& plan) {
   RuntimeOptions runtime;
-  runtime.gate.authenticates = options.tls.given() || options.authenticate;
-  runtime.gate.accepts_certificates = !options.tls.authority.empty();
-  runtime.gate.accepts_tokens = !options.insecure;
-  runtime.gate.user_priority = options.user_priority;
-  CallLimitOptions& calls = runtime.gate.calls;
+  runtime.access.authenticates = options.tls.given() || options.authenticate;
+  runtime.access.accepts_certificates = !options.tls.authority.empty();
+  runtime.access.accepts_tokens = !options.insecure;
+  runtime.access.user_priority = options.user_priority;
+  CallLimitOptions& calls = runtime.access.calls;
   calls = options.calls;
   // Each stream may hold a file open. No caller may take all of them.
   calls.streams = std::min(calls.streams, static_cast<std::uint32_t>(plan.assets));
@@ -226,7 +226,7 @@ WebOptions web_options(const ServerOptions& options, const DescriptorPlan& plan)
           .connections = plan.page,
           .file_bytes = bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
           .view_bytes = bytes_of_gib(share_of_memory_gib(1.0 / 16, 1)),
-          .patience = from_seconds(options.http_seconds)};
+          .timeout = from_seconds(options.http_seconds)};
 }
 
 Status serve(const ServerOptions& options, StopRequest& stop) {

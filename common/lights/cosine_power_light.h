@@ -1,7 +1,7 @@
 // Point lights whose intensity falls off with a power of the cosine: I(θ) = I₀ cosⁿθ for θ < 90°.
 #pragma once
 
-#include "common/lights/aimed_points.h"
+#include "common/lights/directed_point_lights.h"
 #include "common/lights/point_light.h"
 
 namespace lightmill {
@@ -27,7 +27,7 @@ class CosinePowerLights {
  private:
   IntensityShare8 share(const V8& direction, U8 index, M8 lanes) const;
 
-  AimedPoints points_;
+  DirectedPointLights points_;
   std::vector<float> exponent_;
 };
 

@@ -146,7 +146,7 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
   });
   table_->for_each_spherical_kind(light, lanes, [&](const auto& of_kind, U8 index, M8 some) {
     const V8 outward = normalize(point - of_kind.position(index, some));
-    out = select(table_->are_bodies(light, some), abs(dot(direction, outward)), out);
+    out = select(table_->are_intersectable(light, some), abs(dot(direction, outward)), out);
   });
   return out;
 }
@@ -157,7 +157,7 @@ F8 LightEmission::parallel_pdf(U8 light, M8 lanes, const V8& direction) const {
   if (sky.any()) {
     out = select(sky, table_->environment.all_pdf_solid_angle(-direction), out);
   }
-  if (const M8 disks = and_not(table_->are_bodies(light, and_not(lanes, sky)), sky); disks.any()) {
+  if (const M8 disks = and_not(table_->are_intersectable(light, and_not(lanes, sky)), sky); disks.any()) {
     const U8 index = light - U8(table_->first(LightKind::directional));
     out = select(disks, table_->directional.pdf_solid_angle(-direction, index, disks), out);
   }

@@ -45,14 +45,14 @@ void LightTable::build() {
   }
   choice_ = LightChoice(bounded, distant);
   draws_ = needs_choice() ? 1 : static_cast<std::uint32_t>(size());
-  find_bodies();
+  find_intersectable();
 }
 
-void LightTable::find_bodies() {
+void LightTable::find_intersectable() {
   const auto find = [&](LightKind kind, const auto& lights) {
     for (std::size_t i = 0; i < lights.size(); ++i) {
       if (lights.has_size(i)) {
-        bodies_.push_back(first(kind) + static_cast<std::uint32_t>(i));
+        intersectable_.push_back(first(kind) + static_cast<std::uint32_t>(i));
       }
     }
   };
@@ -60,10 +60,10 @@ void LightTable::find_bodies() {
   find(LightKind::point, points);
   find(LightKind::spot, spots);
   find(LightKind::directional, directional);
-  if (!bodies_.empty()) {
-    is_body_.resize(size());
-    for (const std::uint32_t body : bodies_) {
-      is_body_[body] = 1;
+  if (!intersectable_.empty()) {
+    is_intersectable_.resize(size());
+    for (const std::uint32_t light_index : intersectable_) {
+      is_intersectable_[light_index] = 1;
     }
   }
 }
@@ -203,34 +203,35 @@ F8 LightTable::distant_pdf_solid_angle(const V8& from, U8 light, const V8& direc
   return needs_choice() && (pdf > F8(0.0f)).any() ? pdf * choice_.pmf(from, light, lanes) : pdf;
 }
 
-LightTable::BodyHit8 LightTable::meet(std::uint32_t body, const V8& origin, const V8& direction, M8 lanes) const {
-  if (body < first(LightKind::point)) {
-    const U8 index(body - first(LightKind::disk));
+LightTable::LightHit8 LightTable::meet(std::uint32_t light_index, const V8& origin, const V8& direction,
+                                       M8 lanes) const {
+  if (light_index < first(LightKind::point)) {
+    const U8 index(light_index - first(LightKind::disk));
     const DiskLights::Entry8 entry = disks.meet(origin, direction, index, lanes);
     return {entry.hit, origin + direction * entry.distance, disks.radiance(index, entry.cosine, lanes), entry.distance,
             entry.cosine};
   }
-  BodyHit8 out{};
-  for_each_spherical_kind(U8(body), lanes, [&](const auto& spheres, U8 index, M8 some) {
+  LightHit8 out{};
+  for_each_spherical_kind(U8(light_index), lanes, [&](const auto& spheres, U8 index, M8 some) {
     const F8 radius = spheres.radii().at(index, some);
     const SphereEntry8 entry(origin, direction, spheres.position(index, some), radius, some);
     out = {entry.hit, origin + direction * entry.distance,
            spheres.intensity(-direction, index, some) * (F8(kInvPi) / (radius * radius)), entry.distance, entry.cosine};
   });
-  if (body < first(LightKind::directional)) {
+  if (light_index < first(LightKind::directional)) {
     return out;
   }
-  const U8 index(body - first(LightKind::directional));
+  const U8 index(light_index - first(LightKind::directional));
   const M8 hit = lanes & (directional.pdf_solid_angle(direction, index, lanes) > F8(0.0f));
   return {hit, origin + direction * F8(kFarAway), directional.radiance(index, lanes), F8(kFarAway), F8(1.0f)};
 }
 
-F8 LightTable::body_pdf_solid_angle(std::uint32_t body, const V8& from, const V8& direction, const BodyHit8& met,
-                                    M8 lanes) const {
-  if (body < first(LightKind::directional)) {
-    return pdf_solid_angle(from, U8(body), met.distance, met.cosine, lanes);
+F8 LightTable::hit_pdf_solid_angle(std::uint32_t light_index, const V8& from, const V8& direction, const LightHit8& met,
+                                   M8 lanes) const {
+  if (light_index < first(LightKind::directional)) {
+    return pdf_solid_angle(from, U8(light_index), met.distance, met.cosine, lanes);
   }
-  return distant_pdf_solid_angle(from, U8(body), direction, lanes);
+  return distant_pdf_solid_angle(from, U8(light_index), direction, lanes);
 }
 
 }  // namespace lightmill

@@ -82,14 +82,14 @@ class LightTable {
   /// The same for a ray that left the scene in this direction, which must be a direction to the light.
   F8 distant_pdf_solid_angle(const V8& from, U8 light, const V8& direction, M8 lanes) const;
 
-  // Bodies: lights that rays can hit, although they are not surfaces of the scene. They block no light.
+  // Intersectable lights: those that rays can hit, although they are not surfaces of the scene. They block no light.
 
-  /// Numbers of the bodies, ascending.
-  const std::vector<std::uint32_t>& bodies() const { return bodies_; }
-  bool is_hidden_from_camera(std::uint32_t body) const { return !hidden_.empty() && hidden_[body] == 1; }
-  /// Lanes whose lights are bodies.
-  M8 are_bodies(U8 light, M8 lanes) const {
-    return bodies_.empty() ? M8() : gather(is_body_.data(), light, lanes) == U8(1u);
+  /// Indices of the intersectable lights, ascending.
+  const std::vector<std::uint32_t>& intersectable() const { return intersectable_; }
+  bool is_hidden_from_camera(std::uint32_t light_index) const { return !hidden_.empty() && hidden_[light_index] == 1; }
+  /// Lanes whose lights are intersectable.
+  M8 are_intersectable(U8 light, M8 lanes) const {
+    return intersectable_.empty() ? M8() : gather(is_intersectable_.data(), light, lanes) == U8(1u);
   }
   /// Calls take(spheres, index within the kind, lanes) for the kinds of these lights that have spheres.
   template <class Take>
@@ -104,17 +104,18 @@ class LightTable {
     visit(LightKind::point, points);
     visit(LightKind::spot, spots);
   }
-  struct BodyHit8 {
+  struct LightHit8 {
     M8 hit;
     V8 point;     ///< as in LightSample8
     V8 radiance;  ///< towards the ray's origin
     F8 distance;
     F8 cosine;  ///< to the light's surface; 1 for distant light
   };
-  /// Where rays with unit directions meet a body.
-  BodyHit8 meet(std::uint32_t body, const V8& origin, const V8& direction, M8 lanes) const;
-  /// Density per solid angle with which `sample` at `from` returns the point where a ray met the body.
-  F8 body_pdf_solid_angle(std::uint32_t body, const V8& from, const V8& direction, const BodyHit8& met, M8 lanes) const;
+  /// Where rays with unit directions meet an intersectable light.
+  LightHit8 meet(std::uint32_t light_index, const V8& origin, const V8& direction, M8 lanes) const;
+  /// Density per solid angle with which `sample` at `from` returns the point where a ray met the light.
+  F8 hit_pdf_solid_angle(std::uint32_t light_index, const V8& from, const V8& direction, const LightHit8& met,
+                         M8 lanes) const;
 
   std::uint64_t bytes() const;
 
@@ -124,13 +125,13 @@ class LightTable {
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
   LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
   LightKind kind_of(std::uint32_t light) const;
-  void find_bodies();
+  void find_intersectable();
 
   LightChoice choice_;
   std::vector<std::uint32_t> group_;
   std::vector<std::uint8_t> hidden_;
-  std::vector<std::uint32_t> bodies_;
-  std::vector<std::uint32_t> is_body_;  ///< 1 or 0 by light; empty without bodies
+  std::vector<std::uint32_t> intersectable_;
+  std::vector<std::uint32_t> is_intersectable_;  ///< 1 or 0 by light; empty if no light is intersectable
   std::uint32_t first_[kKinds + 1] = {};
   std::uint32_t draws_ = 0;
 };

@@ -1,7 +1,7 @@
 // Spot lights: cones of light from a point.
 #pragma once
 
-#include "common/lights/aimed_points.h"
+#include "common/lights/directed_point_lights.h"
 #include "common/lights/point_light.h"
 
 namespace lightmill {
@@ -40,7 +40,7 @@ class SpotLights {
  private:
   IntensityShare8 share(const V8& direction, U8 index, M8 lanes) const;
 
-  AimedPoints points_;
+  DirectedPointLights points_;
   std::vector<float> inner_, outer_;
   SphereRadii radii_;
 };

@@ -1,4 +1,4 @@
-// Noise-free irradiance of a surface without occlusion. Holdouts compare their irradiance with it.
+// Noise-free irradiance of a surface without occlusion. Shadow catchers compare their irradiance with it.
 #pragma once
 
 #include <vector>

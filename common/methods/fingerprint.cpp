@@ -84,7 +84,7 @@ struct TestScene {
   }
 };
 
-/// A light of each kind. `many` adds enough for the light BVH. With holdouts, the spread must be 180°.
+/// A light of each kind. `many` adds enough for the light BVH. With shadow catchers, the spread must be 180°.
 void add_lights(TestScene& test, bool many, bool sky_image, double spread_degrees) {
   std::vector<Light>& lights = test.scene.lights;
   std::string profile =
@@ -154,7 +154,7 @@ void add_materials(Scene& scene, double glow_exponent) {
       {"drop", DielectricMaterial{1.33}, {}, false, {{2, 0.3f, 0.1f}, {0.5f, 1, 2}, 0.4}, 1},
       {"tiles", DiffuseMaterial{{{0.9f, 0.8f, 0.7f}, 0}}, {}, false},
       {"print", DiffuseMaterial{{{0.7f, 0.8f, 0.9f}, 1}}, {}, false},
-      {"holdout", HoldoutMaterial{}, {}, false},
+      {"shadow_catcher", ShadowCatcherMaterial{}, {}, false},
       {"gauze", DiffuseMaterial{{0.8f, 0.7f, 0.6f}}, {}, false},
       {"leaf", PhongMaterial{{0.2f, 0.5f, 0.2f}, {0.2f, 0.2f, 0.2f}, 5}, {}, false},
       {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1, true}, {}, false},
@@ -226,13 +226,13 @@ void add_room(TestScene& test) {
 
 /// Surfaces that rays pass, anisotropic surfaces with tangents and with texture coordinates, an instance of a mesh with
 /// tangents, and two of another mesh, one mirrored.
-void add_sheets_and_instances(TestScene& test, bool holdout) {
+void add_sheets_and_instances(TestScene& test, bool shadow_catcher) {
   Mesh gauze = quad({-1.4, 0.3, 1.3}, {2.3, -0.1, 0.3}, {0.6, 1.9, -0.2});
   gauze.colors = {{1, 1, 1, 0.5f}, {1, 0.5f, 1, 1}, {1, 1, 0, 0.25f}, {0, 1, 1, 0.75f}};
   test.add(15, gauze);
   test.add(16, SphereShape{{0.2, 1.9, -0.6}, 0.4, false});
   test.scene.objects.push_back({"leaf", 16, TriangleShape{{-1.9, 0.8, 0.1}, {-0.9, 1.1, 0.4}, {-1.3, 1.9, -0.3}}});
-  if (holdout) {
+  if (shadow_catcher) {
     test.scene.objects.push_back({"catcher", 14, TriangleShape{{0.3, 0.05, 1.8}, {1.1, 0.02, 1.7}, {0.5, 0.1, 1.1}}});
   }
   Mesh bent = quad({-0.2, 0.7, 1.0}, {0.5, 0.1, 0}, {0, 0.5, -0.2});

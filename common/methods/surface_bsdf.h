@@ -15,8 +15,8 @@ struct SmoothConductor8 {
   BsdfSample8 sample(const V8& wo) const { return metal.sample(wo, {}, F8(0.0f)); }
 };
 
-/// Holdout. It is no BSDF, because it scatters by more than its surface.
-struct HoldoutSurface {};
+/// Shadow catcher. It is no BSDF, because it scatters by more than its surface.
+struct ShadowCatcherSurface {};
 
 /// Index of refraction behind a boundary, relative to the ray's side. `crossing` is used only in scenes with media.
 inline F8 relative_index(const CompiledScene& scene, const Surface8& surface, const Crossing8& crossing, M8 lanes) {
@@ -82,8 +82,8 @@ void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& s
                         surface.front),
             lanes);
       return;
-    case MaterialKind::holdout:
-      visit(HoldoutSurface{}, lanes);
+    case MaterialKind::shadow_catcher:
+      visit(ShadowCatcherSurface{}, lanes);
       return;
     case MaterialKind::mixture:
       break;

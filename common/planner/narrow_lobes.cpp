@@ -75,7 +75,7 @@ Lobes lobes_of(const Material& material) {
                           lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
                         },
                         [&](const PrincipledMaterial& m) { lobes = lobes_of(m, material); },
-                        [](const OneOf<HoldoutMaterial, MixtureMaterial> auto&) {}},
+                        [](const OneOf<ShadowCatcherMaterial, MixtureMaterial> auto&) {}},
              material.kind);
   return lobes;
 }

@@ -32,12 +32,10 @@ std::string_view noun_of(const Material& material) {
     return "glass";
   }
   return std::visit(
-      Overloaded{
-          [](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
-          [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
-          [](const OneOf<DiffuseMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial, MixtureMaterial> auto&) {
-            return "surface";
-          }},
+      Overloaded{[](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
+                 [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
+                 [](const OneOf<DiffuseMaterial, DielectricMaterial, PhongMaterial, ShadowCatcherMaterial,
+                                MixtureMaterial> auto&) { return "surface"; }},
       material.kind);
 }
 
@@ -94,7 +92,7 @@ std::array<double, 3> albedo_of(const Material& material) {
                                                 at_normal(m.eta.b, m.k.b)};
                  },
                  [&](const PrincipledMaterial& m) { return with_sheen(m, principled_bound(m)); },
-                 [](const HoldoutMaterial&) { return std::array<double, 3>{}; },
+                 [](const ShadowCatcherMaterial&) { return std::array<double, 3>{}; },
                  [](const MixtureMaterial& m) {
                    const std::array<double, 3> a = albedo_of(*m.first), b = albedo_of(*m.second);
                    return std::array<double, 3>{std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
@@ -148,7 +146,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   facts.thin_sheets = facts.thin_sheets || is_thin_sheet(material);
   facts.textures =
       facts.textures || textured || has_mapped_normals(material) || material.opacity.map.texture != kNoTexture;
-  facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
+  facts.shadow_catchers = facts.shadow_catchers || std::holds_alternative<ShadowCatcherMaterial>(material.kind);
   if (uniform_opacity(material.opacity) != 1) {
     facts.see_through.add(named("material", material.name));
   }
@@ -407,7 +405,7 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
   add(facts.sheen, "sheen");
   add(facts.mixtures, "mixtures");
   add(facts.thin_sheets, "sheets that transmit light");
-  add(facts.holdouts, "holdouts");
+  add(facts.shadow_catchers, "shadow catchers");
   add(facts.lens, "lens");
   add(facts.meters > 0, "meters");
   return features;

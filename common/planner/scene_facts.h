@@ -62,7 +62,7 @@ struct SceneFacts {
   std::size_t boundaries = 0;  ///< objects that light enters
   bool ranked_media = false;   ///< a priority, or an index of 1: the renderer must track media
   bool textures = false, normal_maps = false, anisotropy = false, sheen = false, mixtures = false, thin_sheets = false,
-       holdouts = false, lens = false;
+       shadow_catchers = false, lens = false;
   NamedItems see_through;  ///< materials with an opacity below 1
   std::size_t meters = 0;
   NamedItems point_meters;    ///< irradiance meters

@@ -8,7 +8,7 @@ namespace lightmill {
 
 bool is_caster(const Material& material) {
   const auto narrow = [](double roughness) { return roughness * roughness < kCasterAlpha; };
-  const auto receiver = [](const OneOf<DiffuseMaterial, PhongMaterial, HoldoutMaterial> auto&) { return false; };
+  const auto receiver = [](const OneOf<DiffuseMaterial, PhongMaterial, ShadowCatcherMaterial> auto&) { return false; };
   return std::visit(
       Overloaded{[](const MirrorMaterial&) { return true; },
                  [&](const DielectricMaterial& m) { return narrow(m.roughness); },
@@ -61,7 +61,7 @@ std::vector<CasterLobe> caster_lobes(const Material& material) {
                    }
                    return lobes;
                  },
-                 [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, HoldoutMaterial> auto&) {
+                 [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ShadowCatcherMaterial> auto&) {
                    return Lobes{{1, 0}};
                  }},
       material.kind);

@@ -82,7 +82,7 @@ enum class KaMeaning { automatic, emission, ambient };
 /// - 3: mirror with Ks (white if absent or black)
 /// - 4: glass with Ni (1.5 if absent)
 /// - 5 to 9: as the most similar of these, with a notice
-/// - 10: holdout
+/// - 10: shadow catcher
 /// - 11: metal with Ks or Kd at normal incidence, with a roughness from Ns
 /// - 12: glass that absorbs 1/Kd − 1
 /// - 13, 14: glass, or a medium without a surface, that absorbs 1/Kd − 1 and scatters Ks, with a notice

@@ -91,7 +91,7 @@ class Mapper {
     out.two_sided_emission = out.emission.rgb != RgbColor{};
     set_kind(out);
     set_opacity(out);
-    if (!std::holds_alternative<HoldoutMaterial>(out.kind)) {
+    if (!std::holds_alternative<ShadowCatcherMaterial>(out.kind)) {
       set_normals(out);
     }
     say_left_out();
@@ -142,7 +142,7 @@ class Mapper {
         leave_out("Tf", from_->line_of("Tf"));
       }
     } else if (illum == 10) {
-      out.kind = HoldoutMaterial{};
+      out.kind = ShadowCatcherMaterial{};
       out.emission = {};
       out.two_sided_emission = false;
     } else if (illum == 13 || illum == 14) {

@@ -15,8 +15,8 @@ namespace {
 // In the order of the document's variants.
 constexpr std::array kLightKinds{"point", "directional", "spot", "cosine_power", "disk", "ies", "environment"};
 static_assert(kLightKinds.size() == std::variant_size_v<decltype(Light::kind)>);
-constexpr std::array kMaterialKinds{"diffuse",   "mirror",     "dielectric", "phong",
-                                    "conductor", "principled", "holdout",    "mixture"};
+constexpr std::array kMaterialKinds{"diffuse",   "mirror",     "dielectric",     "phong",
+                                    "conductor", "principled", "shadow_catcher", "mixture"};
 static_assert(kMaterialKinds.size() == std::variant_size_v<decltype(Material::kind)>);
 
 bool emits(const Material& material) {

@@ -22,8 +22,8 @@
 namespace lightmill {
 namespace {
 
-constexpr int kConnectPatienceMs = 2'000;
-constexpr timeval kPatience{2, 0};
+constexpr int kConnectTimeoutMs = 2'000;
+constexpr timeval kTimeout{2, 0};
 constexpr std::chrono::milliseconds kPauseOfAttempts{500};
 
 /// Waits for a socket to connect. Then sets its time limits. 0, or the errno.
@@ -31,12 +31,12 @@ int wait_until_connected(int socket) {
   pollfd ready{socket, POLLOUT, 0};
   int error = 0;
   socklen_t size = sizeof error;
-  if (::poll(&ready, 1, kConnectPatienceMs) != 1 || ::getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size) != 0) {
+  if (::poll(&ready, 1, kConnectTimeoutMs) != 1 || ::getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size) != 0) {
     return ETIMEDOUT;
   }
   (void)::fcntl(socket, F_SETFL, ::fcntl(socket, F_GETFL) & ~O_NONBLOCK);
-  (void)::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
-  (void)::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  (void)::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &kTimeout, sizeof kTimeout);
+  (void)::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &kTimeout, sizeof kTimeout);
   return error;
 }
 

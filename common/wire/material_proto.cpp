@@ -63,8 +63,8 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
     p->set_sheen_roughness(m.sheen_roughness);
   }
 }
-void to_wire_kind(const HoldoutMaterial&, const Textures&, v1::Material* out) {
-  out->mutable_holdout();
+void to_wire_kind(const ShadowCatcherMaterial&, const Textures&, v1::Material* out) {
+  out->mutable_shadow_catcher();
 }
 /// The fields that parts of mixtures have.
 void to_wire_surface(const Material& material, const Textures& textures, v1::Material* out);
@@ -222,8 +222,8 @@ Status kind_from_wire(const std::string& path, const v1::Material& material, con
       LM_ASSIGN_OR_RETURN(out.kind, principled_from_wire(path + ".principled", material.principled(), textures));
       return ok_status();
     }
-    case v1::Material::kHoldout:
-      out.kind = HoldoutMaterial{};
+    case v1::Material::kShadowCatcher:
+      out.kind = ShadowCatcherMaterial{};
       return ok_status();
     case v1::Material::kMixture: {
       LM_ASSIGN_OR_RETURN(out.kind, mixture_from_wire(path + ".mixture", material.mixture(), textures));
@@ -234,7 +234,7 @@ Status kind_from_wire(const std::string& path, const v1::Material& material, con
   }
   return invalid_argument(
       "{}: a kind of material must be given. The kinds are diffuse, mirror, dielectric, phong, conductor, principled, "
-      "holdout, mixture",
+      "shadow_catcher, mixture",
       path);
 }
 

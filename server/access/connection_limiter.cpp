@@ -11,7 +11,7 @@ namespace {
 
 /// Open files of an idle process.
 constexpr std::size_t kOwnFiles = 64;
-/// More concurrent handshakes of one address would exceed kPatience.
+/// More concurrent handshakes of one address would exceed kTimeout.
 constexpr std::size_t kMaxUnknown = 1'024;
 
 }  // namespace
@@ -77,7 +77,7 @@ ConnectionLimiter::Arrival ConnectionLimiter::arrive(const std::string& peer, Ti
   peers_[peer] = arrival.id;
   change(key, [&](Address& address) { address.waiting.insert(arrival.id); });
   if (arrival.decision == Decision::serve) {
-    set_state(arrival.id, State::served, now + kPatience);
+    set_state(arrival.id, State::served, now + kTimeout);
   }
   return arrival;
 }
@@ -196,7 +196,7 @@ ConnectionLimiter::Changes ConnectionLimiter::update(Time now) {
         set_state(longest, State::ending);
       }
       changes.serve.push_back(*address.waiting.rbegin());
-      set_state(changes.serve.back(), State::served, now + kPatience);
+      set_state(changes.serve.back(), State::served, now + kTimeout);
     }
   }
   return changes;

@@ -71,7 +71,7 @@ class ConnectionLimiter {
   std::size_t most_unknown() const;
   std::size_t most_of(const Identity& caller) const;
   /// Time to become known while others of the address wait.
-  static constexpr Duration kPatience = std::chrono::seconds(5);
+  static constexpr Duration kTimeout = std::chrono::seconds(5);
   /// Extra connections that are accepted while the ones closed to make room for them are still open.
   static constexpr std::size_t kSlack = 16;
 

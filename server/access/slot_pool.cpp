@@ -129,7 +129,7 @@ std::optional<SlotPool::Id> SlotPool::evict_for(const Holder& holder) {
 }
 
 std::optional<SlotPool::Id> SlotPool::longest_stalled(const Share& share, Time now) const {
-  return !share.stalled.empty() && share.stalled.begin()->first + kPatience <= now
+  return !share.stalled.empty() && share.stalled.begin()->first + kTimeout <= now
              ? std::optional(share.stalled.begin()->second)
              : std::nullopt;
 }

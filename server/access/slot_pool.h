@@ -58,7 +58,7 @@ class SlotPool {
   std::size_t size() const { return entries_.size(); }
 
   /// A stalled caller gives way after this time.
-  static constexpr Duration kPatience = std::chrono::seconds(10);
+  static constexpr Duration kTimeout = std::chrono::seconds(10);
 
  private:
   struct Share {

@@ -9,7 +9,7 @@
 
 #include "common/base/log.h"
 #include "lightmill/v1/access_service.grpc.pb.h"
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 #include "server/api/health.h"
 #include "server/api/render_service.h"
 #include "server/api/scaler_service.h"
@@ -26,7 +26,7 @@ constexpr int kMaxMessageBytes = 20 << 20;
 /// Concurrent streams of one connection. More wait.
 constexpr int kMaxConnectionStreams = 1'000;
 /// Time for running calls when the server stops.
-constexpr auto kStopPatience = std::chrono::seconds(2);
+constexpr auto kStopTimeout = std::chrono::seconds(2);
 
 /// Detects dead links within half a minute. Clients may ping more often. A worker with a gigabyte of results in transit
 /// takes seconds to answer, and is not dead.
@@ -65,7 +65,7 @@ struct ApiServer::Parts {
         renders(runtime, threads),
         readiness(std::make_shared<Readiness>(options.on_ready)) {}
   FarmLoop& loop;
-  SideThreads threads;
+  CallThreads threads;
   const std::shared_ptr<WorkerStreams> workers;
   UnaryCalls<v1::AccessService> access;
   ScalerServiceImpl scaler;
@@ -87,7 +87,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   static std::once_flag reflection_once;
   std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });
   grpc::ServerBuilder builder;
-  if (runtime.gate().authenticates()) {
+  if (runtime.access().authenticates()) {
     leave_out_reflection(builder);
   }
   Listener::Take take = serve_sockets(builder, server_credentials(options.tls));
@@ -103,9 +103,10 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 1);
   set_keepalive(builder);
-  runtime.gate().set_on_identified([listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
-    return listener->set_caller(peer, caller);
-  });
+  runtime.access().set_on_identified(
+      [listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
+        return listener->set_caller(peer, caller);
+      });
   runtime.loop().set_handlers({[workers = parts->workers](Outgoing message) { workers->send(std::move(message)); },
                                [workers = parts->workers](SessionId session) { workers->disconnect(session); },
                                [readiness = parts->readiness](bool storing) { readiness->set_storing(storing); }});
@@ -134,7 +135,7 @@ ApiServer::~ApiServer() {
   parts_->scaler.stop();
   parts_->workers->stop();
   parts_->listener->stop();
-  parts_->server->Shutdown(std::chrono::system_clock::now() + kStopPatience);
+  parts_->server->Shutdown(std::chrono::system_clock::now() + kStopTimeout);
 }
 
 int ApiServer::port() const {

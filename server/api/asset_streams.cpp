@@ -1,7 +1,7 @@
 // Streams of assets: uploads and downloads in chunks.
 #include "common/base/log.h"
 #include "common/wire/bytes.h"
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 #include "server/api/grpc_status.h"
 #include "server/api/rejected_stream.h"
 #include "server/api/render_service.h"
@@ -16,7 +16,7 @@ constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 /// the next one. Deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
-  UploadStream(AssetStore& assets, SideThreads& threads, Call call, Traffic& traffic)
+  UploadStream(AssetStore& assets, CallThreads& threads, Call call, Traffic& traffic)
       : assets_(assets), threads_(threads), call_(std::move(call)), traffic_(traffic) {
     read_next();
   }
@@ -62,7 +62,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
   }
 
   AssetStore& assets_;
-  SideThreads& threads_;
+  CallThreads& threads_;
   const Call call_;
   Traffic& traffic_;
   v1::UploadAssetRequest request_;
@@ -72,7 +72,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
 /// Sends one asset. gRPC calls it with one event at a time. A thread for the disk reads each piece. Deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(Runtime& runtime, SideThreads& threads, Call call, const std::string& digest_bytes)
+  DownloadStream(Runtime& runtime, CallThreads& threads, Call call, const std::string& digest_bytes)
       : runtime_(runtime), threads_(threads), call_(std::move(call)) {
     const Result<Sha256> digest = digest_from_bytes(digest_bytes);
     if (!digest.ok()) {
@@ -101,7 +101,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     Result<std::unique_ptr<AssetStore::Reader>> reader = runtime_.assets().open_asset(digest_);
     if (!reader.ok()) {
       const bool missing = reader.status().code() == StatusCode::kNotFound;
-      if (missing && runtime_.gate().take_request(call_.caller, call_.peer).ok()) {  // it costs a look at all jobs
+      if (missing && runtime_.access().take_request(call_.caller, call_.peer).ok()) {  // it costs a look at all jobs
         (void)runtime_.loop().post([digest = digest_](FarmLoop::TaskContext& context) {
           context.farm.asset_is_missing(digest, context.now, context.effects);
         });
@@ -146,7 +146,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
   }
 
   Runtime& runtime_;
-  SideThreads& threads_;
+  CallThreads& threads_;
   const Call call_;
   Sha256 digest_;
   Sha256Hasher sent_;
@@ -158,7 +158,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
                                                                                 v1::UploadAssetResponse*) {
-  const Result<Call> call = admit(runtime_.gate(), *context, kUploadAsset);
+  const Result<Call> call = admit(runtime_.access(), *context, kUploadAsset);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
@@ -167,7 +167,7 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
     Context* context, const v1::DownloadAssetRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *context, kDownloadAsset);
+  const Result<Call> call = admit(runtime_.access(), *context, kDownloadAsset);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }

@@ -2,7 +2,7 @@
 #include "common/film/film.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 #include "server/api/offer_stream.h"
 #include "server/api/rejected_stream.h"
 #include "server/api/render_service.h"
@@ -95,14 +95,14 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* rpc_context,
                                                                             const v1::WatchJobRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *rpc_context, kWatchJob, {request->id()});
+  const Result<Call> call = admit(runtime_.access(), *rpc_context, kWatchJob, {request->id()});
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
   const auto stream = std::make_shared<WatchStream>(runtime_, *call, watches_);
-  return WatchStream::start(stream, [&gate = runtime_.gate(), job = JobId{request->id()}, tiles = request->tiles(),
+  return WatchStream::start(stream, [&access = runtime_.access(), job = JobId{request->id()}, tiles = request->tiles(),
                                      call = *call, stream](FarmLoop::TaskContext& context) {
-    if (const Status status = check_job_call(context, gate, call, job); status.ok()) {
+    if (const Status status = check_job_call(context, access, call, job); status.ok()) {
       context.watchers.add(job, tiles, stream);
     } else {
       stream->fail(status);
@@ -112,14 +112,14 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
 
 grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* rpc_context,
                                                                           const v1::GetFilmRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *rpc_context, kGetFilm, {request->id()});
+  const Result<Call> call = admit(runtime_.access(), *rpc_context, kGetFilm, {request->id()});
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
   auto* stream = new FilmStream(*call, runtime_.loop().traffic());
   const bool posted = runtime_.loop().post(
-      [&gate = runtime_.gate(), stream, call = *call, job = JobId{request->id()}](FarmLoop::TaskContext& context) {
-        if (const Status status = check_job_call(context, gate, call, job); !status.ok()) {
+      [&access = runtime_.access(), stream, call = *call, job = JobId{request->id()}](FarmLoop::TaskContext& context) {
+        if (const Status status = check_job_call(context, access, call, job); !status.ok()) {
           return stream->refuse(to_grpc(status));
         }
         context.with_film(job, [stream, job](const FarmLoop::TaskContext& later, const Status& here) {

@@ -5,7 +5,7 @@
 #include <grpcpp/health_check_service_interface.h>
 
 #include "common/base/check.h"
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 
 namespace lightmill {
 

@@ -20,7 +20,7 @@ template <class Response, class Sink>
 class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, public ClosableWatch {
  public:
   OfferStream(Runtime& runtime, Call call, std::shared_ptr<WatchRegistry> registry)
-      : loop_(runtime.loop()), gate_(runtime.gate()), call_(std::move(call)), registry_(std::move(registry)) {}
+      : loop_(runtime.loop()), access_(runtime.access()), call_(std::move(call)), registry_(std::move(registry)) {}
 
   /// Serves the stream, or ends it. `begin` runs on the farm thread.
   static grpc::ServerWriteReactor<Response>* start(const std::shared_ptr<OfferStream>& stream, FarmLoop::Task begin) {
@@ -76,7 +76,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   /// Writes a message, unless the stream ends or the caller's credentials have expired. Ends the stream after the last
   /// one.
   bool write(Response response, bool last) {
-    if (const Status holds = gate_.check_still_holds(call_.caller); !holds.ok()) {
+    if (const Status holds = access_.check_still_holds(call_.caller); !holds.ok()) {
       fail(holds);
       return false;
     }
@@ -107,7 +107,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   }
 
   FarmLoop& loop_;
-  const Gate& gate_;
+  const AccessControl& access_;
   const Call call_;
   const std::shared_ptr<WatchRegistry> registry_;
   mutable Mutex mutex_;

@@ -10,7 +10,7 @@ namespace lightmill {
 /// Thread-safe.
 class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
  public:
-  RenderServiceImpl(Runtime& runtime, SideThreads& threads)
+  RenderServiceImpl(Runtime& runtime, CallThreads& threads)
       : UnaryCalls(runtime, threads), runtime_(runtime), threads_(threads) {}
   /// From now on, watchers get UNAVAILABLE.
   void stop() { watches_->stop(); }
@@ -24,7 +24,7 @@ class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
 
  private:
   Runtime& runtime_;
-  SideThreads& threads_;
+  CallThreads& threads_;
   const std::shared_ptr<WatchRegistry> watches_ = std::make_shared<WatchRegistry>();
 };
 

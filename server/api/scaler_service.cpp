@@ -1,6 +1,6 @@
 #include "server/api/scaler_service.h"
 
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 #include "server/api/offer_stream.h"
 #include "server/api/rejected_stream.h"
 
@@ -23,7 +23,7 @@ class ActiveStream final : public OfferStream<IsActiveResponse, DemandSink> {
 
 grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(grpc::CallbackServerContext* rpc_context,
                                                                               const externalscaler::ScaledObjectRef*) {
-  Result<Call> call = admit(runtime_.gate(), *rpc_context, kStreamIsActive);
+  Result<Call> call = admit(runtime_.access(), *rpc_context, kStreamIsActive);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
   }

@@ -10,7 +10,7 @@ namespace lightmill {
 /// Thread-safe.
 class ScalerServiceImpl final : public UnaryCalls<externalscaler::ExternalScaler> {
  public:
-  ScalerServiceImpl(Runtime& runtime, SideThreads& threads) : UnaryCalls(runtime, threads), runtime_(runtime) {}
+  ScalerServiceImpl(Runtime& runtime, CallThreads& threads) : UnaryCalls(runtime, threads), runtime_(runtime) {}
   /// From now on, listeners get UNAVAILABLE.
   void stop() { streams_->stop(); }
 

@@ -2,7 +2,7 @@
 
 #include <grpcpp/impl/codegen/proto_utils.h>
 
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 #include "server/api/grpc_status.h"
 #include "server/operations/operation_call.h"
 
@@ -15,12 +15,13 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   UnaryCall(Runtime& runtime, const Operation& operation, grpc::ByteBuffer* reply)
       : call_(std::make_shared<OperationCall>(runtime, operation)), reply_(reply) {}
 
-  void start(const Gate& gate, SideThreads& threads, grpc::CallbackServerContext& context, grpc::ByteBuffer request) {
+  void start(const AccessControl& access, CallThreads& threads, grpc::CallbackServerContext& context,
+             grpc::ByteBuffer request) {
     const std::uint64_t most_bytes = call_->operation().traits.most_body_bytes;
     const bool large = most_bytes > 0;
     const Status read = large ? ok_status() : parse(request, kSmallRequestBytes);
     // The refusal of a small request says what it names.
-    Result<Call> call = admit(gate, context, call_->operation().rpc, call_->about());
+    Result<Call> call = admit(access, context, call_->operation().rpc, call_->about());
     if (!call.ok() || !read.ok()) {
       return Finish(to_grpc(call.ok() ? read : call.status()));
     }
@@ -65,11 +66,11 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
 }  // namespace
 
-grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, SideThreads& threads, const Operation& operation,
+grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, CallThreads& threads, const Operation& operation,
                                        grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
                                        grpc::ByteBuffer* reply) {
   auto* const call = new UnaryCall(runtime, operation, reply);
-  call->start(runtime.gate(), threads, context, request);
+  call->start(runtime.access(), threads, context, request);
   return call;
 }
 

@@ -7,13 +7,13 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
-#include "server/api/side_threads.h"
+#include "server/api/call_threads.h"
 #include "server/operations/operation.h"
 
 namespace lightmill {
 
-/// Answers one call of the operation, after the gate has admitted it.
-grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, SideThreads& threads, const Operation& operation,
+/// Answers one call of the operation, after access control has admitted it.
+grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, CallThreads& threads, const Operation& operation,
                                        grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
                                        grpc::ByteBuffer* reply);
 
@@ -21,7 +21,7 @@ grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, SideThreads& threads, c
 template <class Service>
 class UnaryCalls : public Service::CallbackService {
  public:
-  UnaryCalls(Runtime& runtime, SideThreads& threads) {
+  UnaryCalls(Runtime& runtime, CallThreads& threads) {
     using Handler = grpc::internal::CallbackUnaryHandler<grpc::ByteBuffer, grpc::ByteBuffer>;
     const auto* const service =
         google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(Service::service_full_name());

@@ -82,7 +82,7 @@ void WorkStream::OnReadDone(bool ok) {
     finish(grpc::Status::OK);
     return;
   }
-  if (const Status holds = owner_.gate_.check_still_holds(call_.caller); !holds.ok()) {
+  if (const Status holds = owner_.access_.check_still_holds(call_.caller); !holds.ok()) {
     finish(to_grpc(holds));
     return;
   }
@@ -212,7 +212,7 @@ void WorkStream::trace(const WorkerResult& result) {
 void WorkStream::deliver(WorkerMessage message, FarmLoop::TaskContext& context) {
   if (const auto* hello = std::get_if<WorkerHello>(&message)) {
     spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, call_.peer);
-    record(context, owner_.gate_, call_,
+    record(context, owner_.access_, call_,
            {.text = hello->name,
             .change = fmt::format("connected: {} on {}", counted(hello->threads, "thread"), hello->host)},
            ok_status());

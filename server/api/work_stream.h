@@ -8,8 +8,8 @@
 #include "common/base/mutex.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "server/access/slot_pool.h"
+#include "server/runtime/access_control.h"
 #include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
 #include "server/runtime/outgoing_queue.h"
 
 namespace lightmill {

@@ -1,7 +1,7 @@
 #include "server/api/worker_streams.h"
 
 #include "common/base/log.h"
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 #include "server/api/grpc_status.h"
 #include "server/api/rejected_stream.h"
 #include "server/api/work_stream.h"
@@ -19,13 +19,13 @@ const grpc::Status kEvicted(grpc::StatusCode::DEADLINE_EXCEEDED,
 }  // namespace
 
 WorkerStreams::WorkerStreams(Runtime& runtime)
-    : gate_(runtime.gate()),
+    : access_(runtime.access()),
       loop_(runtime.loop()),
       others_(runtime.options().limits.max_workers + kSpare, runtime.options().limits.max_workers + kSpare) {}
 WorkerStreams::~WorkerStreams() = default;
 
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
-  Result<Call> call = admit(gate_, *context, kWork);
+  Result<Call> call = admit(access_, *context, kWork);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(call.status());
   }

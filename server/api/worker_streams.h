@@ -43,7 +43,7 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   void is_leaving(WorkStream& stream);
   void forget(SessionId session);
 
-  const Gate& gate_;
+  const AccessControl& access_;
   FarmLoop& loop_;
   std::atomic<std::uint64_t> bytes_in_flight_ = 0;  ///< of messages that the farm thread has not handled yet
   Mutex mutex_;

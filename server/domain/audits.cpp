@@ -156,12 +156,12 @@ Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const 
 std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
   std::set<Renderer> all;
   for (const auto& [name, worker] : workers_.all()) {
-    if (worker.stays() && may_render(worker, job) && now < worker.heard_at() + limits_.auditor_patience) {
+    if (worker.stays() && may_render(worker, job) && now < worker.heard_at() + limits_.auditor_timeout) {
       all.insert({"", identity_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)});
     }
   }
   for (const auto& [identity, was] : workers_.absent()) {
-    if (now < was.since + limits_.auditor_patience && suits(was.fingerprint_class, was.renderer_version, job) &&
+    if (now < was.since + limits_.auditor_timeout && suits(was.fingerprint_class, was.renderer_version, job) &&
         !quarantine_.contains({"", identity}) && !job.refusals().excludes(identity)) {
       all.insert({"", identity, job.class_of_result(was.fingerprint_class)});
     }
@@ -177,10 +177,10 @@ bool Audits::are_done(const Job& job, Time now) const {
     return true;
   }
   // The farm does not know an identity without results before the start. It may come back too.
-  const Duration patience = identities_before_.empty()       ? Duration::zero()
-                            : identities_before_.size() == 1 ? limits_.restart_grace
-                                                             : limits_.auditor_patience;
-  const bool others_may_come_back = now < started_ + patience;
+  const Duration timeout = identities_before_.empty()       ? Duration::zero()
+                           : identities_before_.size() == 1 ? limits_.restart_grace
+                                                            : limits_.auditor_timeout;
+  const bool others_may_come_back = now < started_ + timeout;
   return !others_may_come_back && !job.audits().possible_for(renderers_for(job, now));
 }
 

@@ -55,9 +55,9 @@ bool Copies::may_be_copied(const Lease& lease, Time now) const {
   // A copy is not copied again. An audit moves to another worker, perhaps more than once.
   const Job& job = jobs_.at(lease.unit.job);
   const bool copied = lease.copy && !lease.audits;
-  const Duration patience = lease.is_pilot() ? limits_.copy_pilot_after : limits_.copy_after;
+  const Duration delay = lease.is_pilot() ? limits_.copy_pilot_after : limits_.copy_after;
   return job.state() == JobState::running && !copied && (lease.sent || lease.abandoned) &&
-         (lease.abandoned || now > lease.granted + patience);
+         (lease.abandoned || now > lease.granted + delay);
 }
 
 std::vector<Copies::Late> Copies::late_leases(Time now) const {

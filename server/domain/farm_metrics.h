@@ -15,8 +15,8 @@ inline constexpr std::array kFirstPictureBounds{0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 1
 
 /// Counters that only grow.
 struct FarmTotals {
-  std::uint64_t units_leased = 0;  ///< with copies, pilots and audits
-  std::uint64_t units_lost = 0;
+  std::uint64_t leases_granted = 0;  ///< with copies, pilots and audits
+  std::uint64_t leases_lost = 0;
   std::uint64_t results_merged = 0;
   std::uint64_t results_duplicate = 0;  ///< of samples that were merged before
   std::uint64_t results_audited = 0;    ///< an audit gave the same bits
@@ -47,7 +47,7 @@ inline constexpr std::array<std::string_view, 10> kWaitReasonNames{
 struct FarmGauges {
   std::array<std::uint64_t, kJobStates.size()> jobs{};         ///< by JobState
   std::array<std::uint64_t, kWaitReasonNames.size()> waits{};  ///< jobs in progress, by WaitReason
-  std::uint64_t units_out = 0;
+  std::uint64_t leases = 0;
   /// Neither rendered nor leased, of jobs in progress. Jobs that end only by time do not count.
   std::uint64_t free_pixel_samples = 0;
   // Workers that are connected.

@@ -166,7 +166,7 @@ FarmGauges FarmView::gauges(Time now) const {
   WorkerKinds kinds(workers_);
   std::size_t explained = 0;
   farm.results_rate = scheduler_.result_bytes_per_second();
-  farm.units_out = leases_.all().size();
+  farm.leases = leases_.all().size();
   for (const auto& [id, job] : jobs_.all()) {
     ++farm.jobs[static_cast<std::size_t>(job->shown_state())];
     if (const Wait wait = explained <= kMaxExplained ? waits_.of(*job, now, kinds) : Wait{}; !wait.text.empty()) {

@@ -6,7 +6,7 @@ namespace lightmill {
 namespace {
 
 /// A client that waits longer for a film gets an error, and tries again.
-constexpr Duration kPatience = std::chrono::seconds(30);
+constexpr Duration kTimeout = std::chrono::seconds(30);
 /// Pause before the next check of films that must leave but are shared.
 constexpr Duration kCheckPause = std::chrono::milliseconds(200);
 
@@ -88,7 +88,7 @@ void Films::answered(JobId job, const Status& status, const Event& event) {
 void Films::give_up(const Event& event) {
   for (std::size_t i = 0; i < wanted_.size();) {
     Wanted& wanted = wanted_[i];
-    if (event.now < wanted.since + kPatience) {
+    if (event.now < wanted.since + kTimeout) {
       ++i;
       continue;
     }
@@ -121,7 +121,7 @@ std::optional<Time> Films::next_deadline() const {
   std::optional<Time> next = next_check_;
   const auto by = [&](Time time) { next = std::min(next.value_or(time), time); };
   for (const Wanted& wanted : wanted_) {
-    by(wanted.since + kPatience);
+    by(wanted.since + kTimeout);
   }
   if (!reading_ && !wanted_.empty()) {
     by(next_serve_);

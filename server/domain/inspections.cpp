@@ -16,7 +16,7 @@ Result<InspectionId> Inspections::add(const std::string& caller, InspectionReque
     return resource_exhausted("{} scenes of yours wait to be read already: try again when one is done", own);
   }
   const InspectionId id{next_++};
-  waiting_[id] = {caller, std::make_shared<const InspectionRequest>(std::move(request)), now + limits_.patience, {}, 0};
+  waiting_[id] = {caller, std::make_shared<const InspectionRequest>(std::move(request)), now + limits_.timeout, {}, 0};
   return id;
 }
 
@@ -91,7 +91,7 @@ void Inspections::left(SessionId session, bool lost, const Event& event) {
   }
   Waiting& waiting = found->second;
   waiting.reader.reset();
-  waiting.deadline = event.now + limits_.patience;
+  waiting.deadline = event.now + limits_.timeout;
   waiting.lost += lost ? 1 : 0;
   if (waiting.lost >= limits_.losses) {
     event.warn({}, "inspection {} failed: {} workers were lost with it", id.value, waiting.lost);
@@ -118,7 +118,7 @@ void Inspections::tick(const Event& event) {
                ? make_error(StatusCode::kDeadlineExceeded,
                             "a worker did not read these files to the end within {:.0f} s", to_seconds(limits_.reading))
                : unavailable("no worker was free to read these files within {:.0f} s: try again later",
-                             to_seconds(limits_.patience)),
+                             to_seconds(limits_.timeout)),
            event);
   }
 }
@@ -137,7 +137,7 @@ bool Inspections::pass_on(Waiting& waiting, const Event& event) {
     return false;
   }
   waiting.reader.reset();
-  waiting.deadline = event.now + limits_.patience;
+  waiting.deadline = event.now + limits_.timeout;
   return true;
 }
 

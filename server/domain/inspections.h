@@ -17,8 +17,8 @@
 namespace lightmill {
 
 struct InspectionLimits {
-  std::size_t most = 64, most_per_caller = 4;    ///< inspections that wait or are read
-  Duration patience = std::chrono::seconds(90);  ///< an inspection that no worker takes within this time fails
+  std::size_t most = 64, most_per_caller = 4;   ///< inspections that wait or are read
+  Duration timeout = std::chrono::seconds(90);  ///< an inspection that no worker takes within this time fails
   /// A worker itself stops sooner. If it does not, a worker of another identity reads the files. It gets no other
   /// inspection until it reports, and its identity gets the next ones last.
   Duration reading = std::chrono::seconds(75);

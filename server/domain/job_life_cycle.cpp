@@ -245,7 +245,7 @@ void JobLifeCycle::given_back(const Lease& lease, const Event& event) {
     return;
   }
   const Duration silence = job->add_silence(worker->identity(), event.now - lease.last_progress);
-  if (silence >= limits_.result_patience()) {
+  if (silence >= limits_.result_timeout()) {
     leave_to_others(lease, silence, event);
   }
 }

@@ -23,7 +23,7 @@ bool LeaseTable::is_oldest(const Lease& lease) const {
 }
 
 bool LeaseTable::is_idle(const Lease& lease, Time now) const {
-  return is_oldest(lease) && now >= lease.last_progress + limits_.result_patience();
+  return is_oldest(lease) && now >= lease.last_progress + limits_.result_timeout();
 }
 
 bool LeaseTable::is_preparation(const Lease& lease) const {
@@ -63,7 +63,7 @@ const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) 
   set_deadline(lease, now + limits_.lease_duration);
   job.lease_opened(lease, now);
   worker.lent(lease);
-  ++totals_.units_leased;
+  ++totals_.leases_granted;
   return lease;
 }
 
@@ -236,7 +236,7 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   job.lease_ended(lease, lost, event.now);
   if (lost) {
     worker.lost(lease, event.now);
-    ++totals_.units_lost;
+    ++totals_.leases_lost;
     event.warn(about(job.id(), lease.worker, id), "worker {} lost lease {} of job {}: {} will be leased again",
                lease.worker, id.value, job.id().value,
                lease.is_pilot() ? std::string("its pilot")
@@ -264,7 +264,7 @@ void LeaseTable::set_deadline(Lease& lease, Time deadline) {
 
 void LeaseTable::renew(LeaseId id, Time now) {
   if (Lease& lease = leases_.at(id); lease.sent) {
-    const Time idle_at = is_oldest(lease) ? lease.last_progress + limits_.result_patience() : Time::max();
+    const Time idle_at = is_oldest(lease) ? lease.last_progress + limits_.result_timeout() : Time::max();
     set_deadline(lease, std::min(now + limits_.lease_duration, idle_at));
   }
 }

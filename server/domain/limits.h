@@ -42,11 +42,11 @@ struct CoordinatorLimits {
   /// is ended, and counts as refused.
   double tile_cpu_seconds = 600;
   /// A lease is lost after this time without a result, even if its worker is heard.
-  Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }
+  Duration result_timeout() const { return 2 * from_seconds(tile_cpu_seconds); }
   std::uint32_t refusals = 2;         ///< a job fails after refusals by this number of identities
   std::uint32_t max_bad_results = 3;  ///< a session ends after this number of invalid results of its identity
   /// A job with a complete film waits for auditors that were heard within this time.
-  Duration auditor_patience = std::chrono::seconds(45);
+  Duration auditor_timeout = std::chrono::seconds(45);
   /// Size of the scenes of all jobs, with ended ones. Those of one owner may have half of it.
   std::uint64_t scene_bytes = std::uint64_t{4} << 30;
   std::uint32_t max_jobs = 10'000;

@@ -8,7 +8,7 @@ namespace {
 constexpr Duration kSearchInterval = std::chrono::seconds(1);
 /// Time of a preparation before it can be preempted. Each preemption doubles it for that job, up to kMaxDoublings
 /// times. So a scene that takes long is prepared in the end.
-constexpr Duration kPreparationPatience = std::chrono::seconds(10);
+constexpr Duration kPreparationTimeout = std::chrono::seconds(10);
 constexpr std::uint32_t kMaxDoublings = 6;
 /// Jobs for which one search finds a worker.
 constexpr std::size_t kMaxHeldUp = 32;
@@ -49,10 +49,10 @@ const Lease* Preparations::longest_before(const Job& job, Time now) const {
     }
     const Job& other = jobs_.at(lease->unit.job);
     const auto times = preempted_.find(other.id());
-    const Duration patience =
-        kPreparationPatience * (1 << (times == preempted_.end() ? 0 : std::min(times->second, kMaxDoublings)));
+    const Duration timeout =
+        kPreparationTimeout * (1 << (times == preempted_.end() ? 0 : std::min(times->second, kMaxDoublings)));
     if (other.spec().owner != job.spec().owner && other.spec().priority <= job.spec().priority &&
-        now >= lease->last_progress + patience &&
+        now >= lease->last_progress + timeout &&
         (longest == nullptr || lease->last_progress < longest->last_progress)) {
       longest = lease;
     }

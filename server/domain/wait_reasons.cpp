@@ -8,7 +8,7 @@ namespace lightmill {
 namespace {
 
 /// Workers ask again sooner than this.
-constexpr Duration kMissingPatience = std::chrono::seconds(5);
+constexpr Duration kMissingTimeout = std::chrono::seconds(5);
 /// After this time without results, a job's reason names the worker that it waits for.
 constexpr Duration kStandstill = std::chrono::minutes(1);
 
@@ -108,7 +108,7 @@ bool WorkerKinds::any_may_render(const Job& job) {
 }
 
 void WaitReasons::asset_is_missing(const Sha256& digest, const Event& event) {
-  std::erase_if(missing_assets_, [&](const auto& entry) { return event.now - entry.second > kMissingPatience; });
+  std::erase_if(missing_assets_, [&](const auto& entry) { return event.now - entry.second > kMissingTimeout; });
   if (const auto known = missing_assets_.find(digest); known != missing_assets_.end()) {
     known->second = event.now;
     return;
@@ -150,7 +150,7 @@ std::string WaitReasons::reason_of_missing(const Job& job, Time now) const {
   }
   for (const Sha256& asset : *job.spec().settings.assets) {
     if (const auto missing = missing_assets_.find(asset);
-        missing != missing_assets_.end() && now - missing->second < kMissingPatience) {
+        missing != missing_assets_.end() && now - missing->second < kMissingTimeout) {
       return wait_for_lost(asset);
     }
   }

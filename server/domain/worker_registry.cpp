@@ -296,7 +296,7 @@ void WorkerRegistry::set_idle(const Worker& worker, bool idle) {
 }
 
 void WorkerRegistry::forget_absent(Time now) {
-  std::erase_if(absent_, [&](const auto& entry) { return now >= entry.second.since + limits_.auditor_patience; });
+  std::erase_if(absent_, [&](const auto& entry) { return now >= entry.second.since + limits_.auditor_timeout; });
 }
 
 }  // namespace lightmill

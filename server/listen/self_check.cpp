@@ -18,7 +18,7 @@ PortHealth::Verdict PortHealth::note(bool answered, Time now) {
     return Verdict::answering;
   }
   ++failures_;
-  if (answered_once_ && failures_ >= kUnresponsive && now - last_answer_ >= kPatience) {
+  if (answered_once_ && failures_ >= kUnresponsive && now - last_answer_ >= kTimeout) {
     return Verdict::unresponsive;
   }
   return failures_ >= kDoubtful ? Verdict::doubtful : Verdict::answering;

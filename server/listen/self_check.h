@@ -22,10 +22,10 @@ class PortHealth {
 
   /// Failed dials in a row until the port is doubtful.
   static constexpr int kDoubtful = 3;
-  /// Failed dials in a row until the port is unresponsive, if it has answered before and is silent for kPatience. A
+  /// Failed dials in a row until the port is unresponsive, if it has answered before and is silent for kTimeout. A
   /// machine may stop for a while.
   static constexpr int kUnresponsive = 10;
-  static constexpr Duration kPatience = std::chrono::minutes(2);
+  static constexpr Duration kTimeout = std::chrono::minutes(2);
 
  private:
   bool answered_once_ = false;

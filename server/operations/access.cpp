@@ -71,8 +71,8 @@ void to_wire(const Action& action, v1::Action* out) {
 }
 
 /// Id of the enrolment token with which the bearer of this token can enrol again; empty: none.
-std::string way_back(const Gate& gate, const TokenRecord& token, std::int64_t now_unix_s) {
-  const std::optional<TokenRecord> by = gate.find_token(token.enrolled_by);
+std::string way_back(const AccessControl& access, const TokenRecord& token, std::int64_t now_unix_s) {
+  const std::optional<TokenRecord> by = access.find_token(token.enrolled_by);
   return by && by->enrolment.enrolled < by->enrolment.workers && now_unix_s < by->until_unix_s ? by->id : "";
 }
 
@@ -98,22 +98,22 @@ std::string describe_new(const TokenRecord& token) {
 /// Stores the token with the effects of this task. If that fails, removes it.
 void keep_token(OperationContext& operation, const TokenRecord& token) {
   operation.context.effects.writes.push_back(PutToken{token});
-  operation.context.replies.push_back([&gate = operation.runtime.gate(), id = token.id](const Status& stored) {
+  operation.context.replies.push_back([&access = operation.runtime.access(), id = token.id](const Status& stored) {
     if (!stored.ok()) {
-      (void)gate.remove_token(id);
+      (void)access.remove_token(id);
     }
   });
 }
 
 Status create_token(OperationContext& operation, const v1::CreateTokenRequest& request, v1::Token* reply) {
-  Gate& gate = operation.runtime.gate();
+  AccessControl& access = operation.runtime.access();
   operation.about.text = request.id() + " for " + request.name();
   LM_ASSIGN_OR_RETURN(TokenRecord token, token_from_wire(request));
   token.made_by = operation.call.caller.name;
   token.made_unix_s = operation.context.unix_ms / 1000;
-  const bool is_new = !gate.find_token(token.id);
-  LM_RETURN_IF_ERROR(gate.add_token(token));
-  to_wire(*gate.find_token(token.id), reply);
+  const bool is_new = !access.find_token(token.id);
+  LM_RETURN_IF_ERROR(access.add_token(token));
+  to_wire(*access.find_token(token.id), reply);
   if (is_new) {
     operation.about.change = describe_new(token);
     keep_token(operation, token);
@@ -123,7 +123,7 @@ Status create_token(OperationContext& operation, const v1::CreateTokenRequest& r
 
 Status list_tokens(OperationContext& operation, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply) {
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
-  for (const TokenRecord& token : operation.runtime.gate().tokens()) {
+  for (const TokenRecord& token : operation.runtime.access().tokens()) {
     if (token.id <= request.page_token()) {
       continue;  // on an earlier page; its last token may have been revoked since
     }
@@ -139,13 +139,13 @@ Status list_tokens(OperationContext& operation, const v1::ListTokensRequest& req
 
 Status revoke_token(OperationContext& operation, const v1::RevokeTokenRequest& request,
                     v1::RevokeTokenResponse* reply) {
-  Gate& gate = operation.runtime.gate();
+  AccessControl& access = operation.runtime.access();
   const std::string& id = request.id();
-  const std::optional<TokenRecord> token = gate.find_token(id);
+  const std::optional<TokenRecord> token = access.find_token(id);
   if (token) {
     operation.about.text += " of " + token->name;
   }
-  const std::vector<std::string> enrolled = gate.enrolled_by(id);
+  const std::vector<std::string> enrolled = access.enrolled_by(id);
   std::vector<std::string> revoked = request.enrolled() ? enrolled : std::vector<std::string>();
   operation.about.change = token ? "revoked: roles " + names_of(token->roles) : "revoked";
   if (!revoked.empty()) {
@@ -155,11 +155,11 @@ Status revoke_token(OperationContext& operation, const v1::RevokeTokenRequest& r
     revoked.push_back(id);
   }
   for (const std::string& each : revoked) {
-    LM_RETURN_IF_ERROR(gate.remove_token(each));
+    LM_RETURN_IF_ERROR(access.remove_token(each));
     operation.context.effects.writes.push_back(DropToken{each});
   }
   reply->set_enrolled(static_cast<std::uint32_t>(enrolled.size()));
-  reply->set_enrols_again_by(token ? way_back(gate, *token, operation.context.unix_ms / 1000) : "");
+  reply->set_enrols_again_by(token ? way_back(access, *token, operation.context.unix_ms / 1000) : "");
   return ok_status();
 }
 
@@ -167,7 +167,7 @@ Status enrol(OperationContext& operation, const v1::EnrolRequest& request, v1::T
   operation.about.text = request.id() + " for " + request.host();
   LM_ASSIGN_OR_RETURN(const Sha256 hash, hash_from_wire(request.sha256()));
   LM_ASSIGN_OR_RETURN(const Enrolment enrolment,
-                      operation.runtime.gate().enrol(operation.call.caller, {request.id(), hash, request.host()}));
+                      operation.runtime.access().enrol(operation.call.caller, {request.id(), hash, request.host()}));
   operation.about.text = enrolment.token.id + " for " + enrolment.token.name;
   operation.about.was_there = !enrolment.is_new;
   to_wire(enrolment.token, reply);

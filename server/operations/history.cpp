@@ -83,7 +83,7 @@ Status get_worker_history(OperationContext& operation, const v1::WorkerHistoryRe
     out->set_unix_ms(minute.unix_ms);
     out->set_seconds(minute.seconds);
     out->set_results(minute.results);
-    out->set_units_lost(minute.leases_lost);
+    out->set_leases_lost(minute.leases_lost);
     out->set_pixel_samples(static_cast<double>(minute.pixel_samples));
   }
   return ok_status();

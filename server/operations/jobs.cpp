@@ -101,7 +101,7 @@ Status extend_job(OperationContext& operation, const v1::ExtendJobRequest& reque
 }
 
 Status set_priority(OperationContext& operation, const v1::SetPriorityRequest& request, v1::Job* reply) {
-  LM_RETURN_IF_ERROR(operation.runtime.gate().check_priority(operation.call.caller, request.priority()));
+  LM_RETURN_IF_ERROR(operation.runtime.access().check_priority(operation.call.caller, request.priority()));
   FarmLoop::TaskContext& context = operation.context;
   return changed_job(operation,
                      context.farm.set_priority(JobId{request.id()}, request.priority(), context.now, context.effects),

@@ -60,15 +60,15 @@ void OperationCall::apply(TaskContext& context) {
   CallSubject about = this->about();
   OperationContext arguments{runtime_, context, call_, about, *this};
   Status status =
-      operation_.handler.of_job ? check_job_call(context, runtime_.gate(), call_, JobId{about.job}) : ok_status();
+      operation_.handler.of_job ? check_job_call(context, runtime_.access(), call_, JobId{about.job}) : ok_status();
   if (status.ok()) {
     status = recorded && operation_.handler.of_job ? change_job(arguments) : apply_(arguments);
   }
   if (arguments.entries > 0) {
-    runtime_.gate().charge_entries(call_, arguments.entries);
+    runtime_.access().charge_entries(call_, arguments.entries);
   }
   if (recorded) {
-    record(context, runtime_.gate(), call_, about, status);
+    record(context, runtime_.access(), call_, about, status);
   }
   if (!status.ok()) {
     finish(status);

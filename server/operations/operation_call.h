@@ -16,12 +16,12 @@ class OperationCall final : public std::enable_shared_from_this<OperationCall> {
   const Operation& operation() const { return operation_; }
   WireMessage& request() { return *request_; }
   WireMessage& reply() { return *reply_; }
-  /// The subject that the request names, for Gate::admit.
+  /// The subject that the request names, for AccessControl::admit.
   CallSubject about() const { return operation_.handler.about(*request_); }
 
   /// Called once, from any thread.
   using Done = std::function<void(const Status&)>;
-  /// Starts a call that the gate has admitted. Changes are recorded, and answered when they are durable.
+  /// Starts a call that access control has admitted. Changes are recorded, and answered when they are durable.
   void start(Call call, Done done);
   /// The caller is gone.
   void cancel();

@@ -185,14 +185,14 @@ Result<Apply> submit_job(Runtime& runtime, const Call& by, v1::SubmitJobRequest&
     if (call.caller.is_known()) {
       spec.owner = call.caller.name;
     }
-    const Gate& gate = operation.runtime.gate();
+    const AccessControl& access = operation.runtime.access();
     spec.ends_with_page = call.on_submitted != nullptr;
-    if (spec.ends_with_page && !gate.check_priority(call.caller, spec.priority).ok()) {
-      spec.priority = gate.user_priority();  // a page goes one above the job that it shows
+    if (spec.ends_with_page && !access.check_priority(call.caller, spec.priority).ok()) {
+      spec.priority = access.user_priority();  // a page goes one above the job that it shows
     }
     operation.about.was_there = context.farm.knows_request(spec.request_id);
     if (!operation.about.was_there) {
-      LM_RETURN_IF_ERROR(gate.check_priority(call.caller, spec.priority));
+      LM_RETURN_IF_ERROR(access.check_priority(call.caller, spec.priority));
     }
     if (!context.no_space.empty() && !operation.about.was_there) {
       return resource_exhausted("the farm takes no new jobs: it {}", context.no_space);

@@ -49,7 +49,7 @@ void record_refusal(FarmLoop::TaskContext& context, const Call& call, const Call
   keep(context, call, about, status.code(), std::move(text));
 }
 
-void record(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, const CallSubject& about,
+void record(FarmLoop::TaskContext& context, const AccessControl& access, const Call& call, const CallSubject& about,
             const Status& status) {
   if (status.ok() && about.was_there) {
     return;
@@ -57,16 +57,16 @@ void record(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, 
   if (status.ok()) {
     keep(context, call, about, StatusCode::kOk, "");
   } else if (is_refusal(status)) {
-    if (const std::optional<SuppressedRefusals> suppressed = gate.may_record_refusal(call, about, status)) {
+    if (const std::optional<SuppressedRefusals> suppressed = access.may_record_refusal(call, about, status)) {
       record_refusal(context, call, about, status, *suppressed);
     }
   }
 }
 
-void record_login(FarmLoop::TaskContext& context, const Gate& gate, const Identity& caller, const std::string& peer,
-                  const Status& status) {
+void record_login(FarmLoop::TaskContext& context, const AccessControl& access, const Identity& caller,
+                  const std::string& peer, const Status& status) {
   const std::optional<SuppressedRefusals> suppressed =
-      status.ok() ? SuppressedRefusals() : gate.may_record_refusal(caller);
+      status.ok() ? SuppressedRefusals() : access.may_record_refusal(caller);
   if (suppressed) {
     Action action = action_of(caller, peer, kLogin);
     action.outcome = status.code();
@@ -81,11 +81,11 @@ void record_own(FarmLoop::TaskContext& context, std::string_view what, std::stri
   context.keep(std::move(action));
 }
 
-Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job) {
+Status check_job_call(FarmLoop::TaskContext& context, const AccessControl& access, const Call& call, JobId job) {
   LM_ASSIGN_OR_RETURN(const std::string owner, context.farm.owner(job));
   const Status status = check_job(call.caller, call.rpc, owner);
   if (!status.ok() && !call.rpc.recorded) {
-    record(context, gate, call, {job.value}, status);
+    record(context, access, call, {job.value}, status);
   }
   return status;
 }

@@ -4,10 +4,10 @@
 
 namespace lightmill {
 
-FarmWatchdog::FarmWatchdog(FarmLoop& loop, std::function<void(bool)> on_change, Duration patience, Duration pause)
+FarmWatchdog::FarmWatchdog(FarmLoop& loop, std::function<void(bool)> on_change, Duration timeout, Duration pause)
     : loop_(loop),
       on_change_(std::move(on_change)),
-      patience_(patience),
+      timeout_(timeout),
       pause_(pause),
       shared_(std::make_shared<Shared>()),
       thread_([this] { run(); }) {}
@@ -50,14 +50,14 @@ bool FarmWatchdog::answered() {
 void FarmWatchdog::run() {
   bool answers = true;
   ask();
-  while (wait(patience_, true)) {
+  while (wait(timeout_, true)) {
     if (const bool answers_now = answered(); answers_now != answers) {
       answers = answers_now;
       if (answers) {
         spdlog::info("the coordinator answers calls again");
       } else {
         spdlog::error("the coordinator has answered no call for {:.3g} s: health checks report this",
-                      to_seconds(patience_));
+                      to_seconds(timeout_));
       }
       on_change_(answers);
     }

@@ -15,11 +15,11 @@ class FarmWatchdog {
  public:
   /// Time between two questions, and the longest time that an answer may take. A working farm thread needs much less,
   /// because another thread waits for the store.
-  static constexpr Duration kPause = std::chrono::seconds(1), kPatience = std::chrono::seconds(10);
+  static constexpr Duration kPause = std::chrono::seconds(1), kTimeout = std::chrono::seconds(10);
 
-  /// `on_change` is called on the thread: with false when an answer takes longer than `patience`, and with true when it
+  /// `on_change` is called on the thread: with false when an answer takes longer than `timeout`, and with true when it
   /// comes after that.
-  FarmWatchdog(FarmLoop& loop, std::function<void(bool)> on_change, Duration patience = kPatience,
+  FarmWatchdog(FarmLoop& loop, std::function<void(bool)> on_change, Duration timeout = kTimeout,
                Duration pause = kPause);
   /// Does not wait for an answer.
   ~FarmWatchdog();
@@ -42,7 +42,7 @@ class FarmWatchdog {
 
   FarmLoop& loop_;
   const std::function<void(bool)> on_change_;
-  const Duration patience_, pause_;
+  const Duration timeout_, pause_;
   const std::shared_ptr<Shared> shared_;
   std::thread thread_;
 };

@@ -16,7 +16,7 @@ namespace {
 /// Unused assets stay for a day, because their jobs may still be submitted.
 constexpr std::int64_t kSpareAssetAgeSeconds = 24 * 60 * 60;
 /// Longest wait for the farm thread, which may stand still while nothing can be stored. The deletion can wait.
-constexpr std::chrono::seconds kFarmPatience(5);
+constexpr std::chrono::seconds kFarmTimeout(5);
 
 std::set<Sha256> assets_of(const StoredState& state) {
   std::set<Sha256> wanted;
@@ -56,10 +56,10 @@ void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
   }
 }
 
-/// Refusals of the gate go into the action log.
-void record_refusals(Gate& gate, FarmLoop& loop) {
-  gate.set_on_refused([&gate, &loop](const Call& call, const CallSubject& about, const Status& status) {
-    if (const std::optional<SuppressedRefusals> suppressed = gate.may_record_refusal(call, about, status)) {
+/// Refused calls go into the action log.
+void record_refusals(AccessControl& access, FarmLoop& loop) {
+  access.set_on_refused([&access, &loop](const Call& call, const CallSubject& about, const Status& status) {
+    if (const std::optional<SuppressedRefusals> suppressed = access.may_record_refusal(call, about, status)) {
       (void)loop.post([call, about, status, suppressed = *suppressed](FarmLoop::TaskContext& context) {
         record_refusal(context, call, about, status, suppressed);
       });
@@ -101,11 +101,11 @@ Runtime::Runtime(const RuntimeOptions& options, std::unique_ptr<Store> store, st
       asset_checker_(*assets_),
       start_(fmt::format("epoch {}, process {}", state.epoch, ::getpid())),
       of_pages_(jobs_of_pages(state)),
-      gate_(options.gate, std::move(state.tokens), system_clock()),
+      access_(options.access, std::move(state.tokens), system_clock()),
       actions_(options.log, std::move(state.actions)),
       farm_(options.limits, std::move(state), system_clock().now()),
       loop_(farm_, actions_, *store_, system_clock(), options.on_fatal) {
-  record_refusals(gate_, loop_);
+  record_refusals(access_, loop_);
 }
 
 Runtime::~Runtime() {
@@ -128,7 +128,7 @@ void Runtime::forget_unused_assets() {
   const auto wanted = std::make_shared<std::promise<std::set<Sha256>>>();
   std::future<std::set<Sha256>> answer = wanted->get_future();
   if (loop_.post([wanted](FarmLoop::TaskContext& context) { wanted->set_value(context.farm.assets()); }) &&
-      answer.wait_for(kFarmPatience) == std::future_status::ready) {
+      answer.wait_for(kFarmTimeout) == std::future_status::ready) {
     forget_others(*assets_, answer.get());
   }
 }

@@ -1,4 +1,4 @@
-// Runtime of the coordinator: store, state machine, threads and gate. It does not know gRPC or HTTP.
+// Runtime of the coordinator: store, state machine, threads and access control. It does not know gRPC or HTTP.
 #pragma once
 
 #include <functional>
@@ -9,16 +9,16 @@
 #include "common/base/status.h"
 #include "server/access/action_log.h"
 #include "server/domain/coordinator.h"
+#include "server/runtime/access_control.h"
 #include "server/runtime/asset_checker.h"
 #include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
 #include "server/store/asset_store.h"
 #include "server/store/store.h"
 
 namespace lightmill {
 
 struct RuntimeOptions {
-  GateOptions gate;
+  AccessOptions access;
   CoordinatorLimits limits;
   ActionLogLimits log;
   std::vector<std::string> notices;  ///< shown in lists of jobs and workers
@@ -41,7 +41,7 @@ class Runtime {
   Runtime& operator=(const Runtime&) = delete;
 
   // Thread-safe.
-  Gate& gate() { return gate_; }
+  AccessControl& access() { return access_; }
   FarmLoop& loop() { return loop_; }
   AssetStore& assets() { return *assets_; }
   /// Compares all assets of the jobs that name this damaged one with their digests, in the background.
@@ -67,7 +67,7 @@ class Runtime {
   AssetChecker asset_checker_;
   const std::string start_;            ///< text of the start in the action log
   const std::vector<JobId> of_pages_;  ///< jobs of pages of the coordinator before
-  Gate gate_;
+  AccessControl access_;
   ActionLog actions_;
   Coordinator farm_;
   FarmLoop loop_;

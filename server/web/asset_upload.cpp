@@ -56,8 +56,8 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     piece_.resize(kPieceBytes);
     parser_.get().body() = {piece_.data(), piece_.size(), true};
     // The time of the disk does not count. Fast data earlier does not allow a longer pause now.
-    way_.stream.tcp().expires_at(std::min(began_ + body_timeout(way_.patience, received_bytes_),
-                                          SteadyClock::now() + body_timeout(way_.patience, kPieceBytes)));
+    way_.stream.tcp().expires_at(std::min(began_ + body_timeout(way_.timeout, received_bytes_),
+                                          SteadyClock::now() + body_timeout(way_.timeout, kPieceBytes)));
     call_.slot->set_stalled();
     fill_piece();
   }

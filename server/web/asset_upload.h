@@ -20,7 +20,7 @@ struct UploadContext {
   AssetStore& assets;
   boost::asio::thread_pool& disk;  ///< its threads may wait for the disk
   Traffic& traffic;
-  Duration patience;  ///< WebOptions::patience
+  Duration timeout;  ///< WebOptions::timeout
 };
 
 /// `whole`: the body was read to its end.

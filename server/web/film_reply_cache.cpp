@@ -111,9 +111,9 @@ void FilmReplyCache::send(const Call& call, JobId job, Reply reply) {
   const auto kept = made_->find(job);
   const std::uint64_t known = kept == made_->end() ? 0 : kept->second.film_version;
   const bool fresh = kept != made_->end() && std::chrono::steady_clock::now() - kept->second.at < kFresh;
-  farm_requests_.post(std::move(reply), [job, known, fresh, call, kind = kind_, &gate = gate_, made = made_](
+  farm_requests_.post(std::move(reply), [job, known, fresh, call, kind = kind_, &access = access_, made = made_](
                                             FarmLoop::TaskContext& context, const PendingReply& back) {
-    Status status = check_job_call(context, gate, call, job);
+    Status status = check_job_call(context, access, call, job);
     const FilmOutline* const film = context.farm.outline(job);
     if (status.ok()) {
       status = kind.check(job, *film);

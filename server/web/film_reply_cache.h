@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/runtime/gate.h"
+#include "server/runtime/access_control.h"
 #include "server/web/farm_requests.h"
 
 namespace lightmill {
@@ -23,8 +23,8 @@ class FilmReplyCache {
     Status (*check)(JobId job, const FilmOutline& film);  ///< whether such an answer exists
     Result<ApiReply> (*make)(const PixelRect& crop, const std::vector<TileSnapshot>& tiles);
   };
-  FilmReplyCache(FarmRequests& farm_requests, const Gate& gate, const Kind& kind)
-      : farm_requests_(farm_requests), gate_(gate), kind_(kind) {}
+  FilmReplyCache(FarmRequests& farm_requests, const AccessControl& access, const Kind& kind)
+      : farm_requests_(farm_requests), access_(access), kind_(kind) {}
 
   /// The call is admitted. This checks whether it may read the job.
   void send(const Call& call, JobId job, Reply reply);
@@ -39,7 +39,7 @@ class FilmReplyCache {
   static ApiReply remember(AllMade& all, JobId job, std::uint64_t version, Result<ApiReply> answer);
 
   FarmRequests& farm_requests_;
-  const Gate& gate_;
+  const AccessControl& access_;
   const Kind kind_;
   const std::shared_ptr<AllMade> made_ = std::make_shared<AllMade>();
 };

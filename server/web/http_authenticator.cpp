@@ -42,45 +42,46 @@ std::string set_cookie_header(const CookieScope& scope, std::string_view secret,
 
 Result<Identity> HttpAuthenticator::identify(const HttpCredentials& credentials) const {
   if (credentials.authorization) {
-    return gate_.identify({credentials.authorization, "", ""});
+    return access_.identify({credentials.authorization, "", ""});
   }
   if (!credentials.cookie.empty()) {
     Result<Identity> caller = sessions_.identify(credentials.cookie, now_unix_s());
-    if (const Status holds = caller.ok() ? gate_.check_still_holds(*caller) : caller.status(); !holds.ok()) {
+    if (const Status holds = caller.ok() ? access_.check_still_holds(*caller) : caller.status(); !holds.ok()) {
       caller = holds;
     }
-    if (caller.ok() || gate_.authenticates()) {
+    if (caller.ok() || access_.authenticates()) {
       return caller;
     }
   }
-  return gate_.authenticates() ? make_error(StatusCode::kUnauthenticated,
-                                            "this farm requires authentication, and got no token: log in with one, or "
-                                            "send it in the header 'Authorization: Bearer TOKEN'")
-                               : Result<Identity>(anonymous_identity());
+  return access_.authenticates()
+             ? make_error(StatusCode::kUnauthenticated,
+                          "this farm requires authentication, and got no token: log in with one, or "
+                          "send it in the header 'Authorization: Bearer TOKEN'")
+             : Result<Identity>(anonymous_identity());
 }
 
 Status HttpAuthenticator::check_still_holds(const HttpCredentials& credentials, const Identity& caller) const {
   if (!credentials.authorization && caller.is_known()) {
     LM_RETURN_IF_ERROR(sessions_.identify(credentials.cookie, now_unix_s()).status());
   }
-  return gate_.check_still_holds(caller);
+  return access_.check_still_holds(caller);
 }
 
 Result<HttpAuthenticator::LoggedIn> HttpAuthenticator::try_log_in(std::string_view token, const std::string& peer) {
-  LM_RETURN_IF_ERROR(gate_.take_request({}, peer));
-  LM_ASSIGN_OR_RETURN(Identity caller, gate_.identify({fmt::format("Bearer {}", token), "", peer}));
+  LM_RETURN_IF_ERROR(access_.take_request({}, peer));
+  LM_ASSIGN_OR_RETURN(Identity caller, access_.identify({fmt::format("Bearer {}", token), "", peer}));
   LM_RETURN_IF_ERROR(with_context(check_call(caller, kWatchJob), "the page has nothing to show"));
   LM_ASSIGN_OR_RETURN(const NewToken secret, make_token());
-  sessions_.keep([this](const Identity& known) { return gate_.check_still_holds(known).ok(); });
+  sessions_.keep([this](const Identity& known) { return access_.check_still_holds(known).ok(); });
   LM_ASSIGN_OR_RETURN(const std::int64_t until, sessions_.add(secret.text, caller, now_unix_s()));
   return LoggedIn{std::move(caller), secret.text, until - now_unix_s()};
 }
 
 Result<HttpAuthenticator::LoggedIn> HttpAuthenticator::log_in(std::string_view token, const std::string& peer) {
   Result<LoggedIn> logged_in = try_log_in(token, peer);
-  (void)loop_.post([&gate = gate_, peer, caller = logged_in.ok() ? logged_in->caller : Identity{},
+  (void)loop_.post([&access = access_, peer, caller = logged_in.ok() ? logged_in->caller : Identity{},
                     status = logged_in.status()](FarmLoop::TaskContext& context) {
-    record_login(context, gate, caller, peer, status);
+    record_login(context, access, caller, peer, status);
   });
   return logged_in;
 }

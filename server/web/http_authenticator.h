@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "server/access/login_sessions.h"
+#include "server/runtime/access_control.h"
 #include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
 
 namespace lightmill {
 
@@ -33,7 +33,8 @@ std::string set_cookie_header(const CookieScope& scope, std::string_view secret,
 /// Used on the web thread.
 class HttpAuthenticator {
  public:
-  HttpAuthenticator(FarmLoop& loop, const Gate& gate, const Clock& clock) : loop_(loop), gate_(gate), clock_(clock) {}
+  HttpAuthenticator(FarmLoop& loop, const AccessControl& access, const Clock& clock)
+      : loop_(loop), access_(access), clock_(clock) {}
 
   /// A header has priority over a cookie. UNAUTHENTICATED.
   Result<Identity> identify(const HttpCredentials& credentials) const;
@@ -55,7 +56,7 @@ class HttpAuthenticator {
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
 
   FarmLoop& loop_;
-  const Gate& gate_;
+  const AccessControl& access_;
   const Clock& clock_;
   LoginSessions sessions_;
 };

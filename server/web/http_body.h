@@ -24,9 +24,9 @@ using HeadParser = boost::beast::http::request_parser<boost::beast::http::empty_
 
 /// A connection that sends a large body more slowly is closed.
 inline constexpr std::uint64_t kMinBytesPerSecondSent = std::uint64_t{128} << 10;
-/// `patience`: WebOptions::patience.
-inline Duration body_timeout(Duration patience, std::uint64_t bytes) {
-  return patience + std::chrono::seconds(bytes / kMinBytesPerSecondSent);
+/// `timeout`: WebOptions::timeout.
+inline Duration body_timeout(Duration timeout, std::uint64_t bytes) {
+  return timeout + std::chrono::seconds(bytes / kMinBytesPerSecondSent);
 }
 
 inline std::string_view as_std(boost::beast::string_view text) {

@@ -113,7 +113,7 @@ void HttpResponder::send(const RequestHead& request, std::string_view type, Shar
   }
   head_ = beast::buffers_to_string(
       Response::fields_type::writer(response_, response_.version(), response_.result_int()).get());
-  stream_.tcp().expires_after(patience_ + std::chrono::seconds(response_.body().size() / kMinBytesPerSecond));
+  stream_.tcp().expires_after(timeout_ + std::chrono::seconds(response_.body().size() / kMinBytesPerSecond));
   const std::array<asio::const_buffer, 2> parts{asio::buffer(head_),
                                                 asio::buffer(response_.body().data(), response_.body().size())};
   // `sent` keeps this alive.

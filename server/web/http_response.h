@@ -16,8 +16,8 @@ class HttpResponder {
   /// Called when the response is sent, unless the connection has ended.
   using Sent = std::function<void(bool keep_alive)>;
 
-  /// `patience`: WebOptions::patience.
-  HttpResponder(WebStream& stream, Duration patience) : stream_(stream), patience_(patience) {}
+  /// `timeout`: WebOptions::timeout.
+  HttpResponder(WebStream& stream, Duration timeout) : stream_(stream), timeout_(timeout) {}
   HttpResponder(const HttpResponder&) = delete;
   HttpResponder& operator=(const HttpResponder&) = delete;
 
@@ -36,7 +36,7 @@ class HttpResponder {
   void send_missing_page(const RequestHead& request, const PageFiles& pages, std::string_view path, Sent sent);
 
   WebStream& stream_;
-  const Duration patience_;
+  const Duration timeout_;
   Response response_;
   SharedBytes body_;
   std::string head_;  ///< as sent

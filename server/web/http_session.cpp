@@ -25,12 +25,12 @@ using boost::system::error_code;
 
 constexpr std::uint32_t kMaxHeaderBytes = 8 << 10;
 constexpr std::uint64_t kMaxBodyBytes = 16 << 10;
-constexpr auto kTlsPatience = std::chrono::seconds(5);
+constexpr auto kTlsTimeout = std::chrono::seconds(5);
 /// Step in which a body reserves memory for large bodies.
 constexpr std::uint64_t kHeldAtOnce = 1 << 20;
 /// Limits for reading a refused body.
 constexpr std::size_t kMaxThrownAway = std::size_t{64} << 20;
-constexpr auto kThrowAwayPatience = std::chrono::seconds(10);
+constexpr auto kThrowAwayTimeout = std::chrono::seconds(10);
 constexpr std::string_view kApi = "/api/v1/";
 constexpr std::string_view kAssets = "/api/v1/assets/";
 constexpr std::string_view kJson = "application/json", kBytes = "application/octet-stream";
@@ -48,7 +48,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (parts_.certificate.context() == nullptr) {
       return read();
     }
-    stream_.tcp().expires_after(kTlsPatience);
+    stream_.tcp().expires_after(kTlsTimeout);
     beast::async_detect_ssl(stream_, buffer_, [self = shared_from_this()](error_code error, bool encrypts) {
       if (!error) {
         encrypts ? self->shake_hands() : self->read_unencrypted();
@@ -88,7 +88,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     reservation_ = nullptr;
     call_.reset();
     parts_.listener->clear_caller(peer_);  // a connection with half a request holds no caller's slot
-    stream_.tcp().expires_after(parts_.options.patience);
+    stream_.tcp().expires_after(parts_.options.timeout);
     read_head();
   }
   void read_head() {
@@ -147,7 +147,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       });
     });
     receive_asset(
-        {stream_, buffer_, parts_.assets, *parts_.disk, parts_.traffic, parts_.options.patience}, std::move(*head_),
+        {stream_, buffer_, parts_.assets, *parts_.disk, parts_.traffic, parts_.options.timeout}, std::move(*head_),
         *digest, *std::move(call), [self = shared_from_this()](const Status& status, bool whole) {
           const ApiReply reply = status.ok() ? ApiReply{200, "application/json", "{}\n"} : error_reply(status);
           self->body_read_ = whole;
@@ -156,7 +156,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
   Result<Call> admit_now(const Rpc& rpc, std::string_view content_type) const {
     LM_RETURN_IF_ERROR(check_rules(true, content_type));
-    return parts_.gate.admit(identify(read_credentials()), peer_, rpc);
+    return parts_.access.admit(identify(read_credentials()), peer_, rpc);
   }
   void read_body(std::uint64_t most_bytes) {
     if (head_->content_length().value_or(0) > most_bytes) {
@@ -184,8 +184,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       reservation_ = std::move(more);
       held_bytes_ += kHeldAtOnce;
     }
-    stream_.tcp().expires_at(std::min(body_began_ + body_timeout(parts_.options.patience, there),
-                                      SteadyClock::now() + parts_.options.patience));
+    stream_.tcp().expires_at(std::min(body_began_ + body_timeout(parts_.options.timeout, there),
+                                      SteadyClock::now() + parts_.options.timeout));
     parse_more(stream_, buffer_, *body_parser_, [self = shared_from_this(), most_bytes](error_code error) {
       if (error == http::error::body_limit) {
         self->refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
@@ -281,7 +281,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!websocket::is_upgrade(request_)) {
       return answer(error_reply(invalid_argument("{} is a WebSocket", kLive)));
     }
-    Result<Call> call = parts_.gate.admit_page(identify(credentials), peer_);
+    Result<Call> call = parts_.access.admit_page(identify(credentials), peer_);
     if (!call.ok()) {
       return answer(error_reply(call.status()));
     }
@@ -309,7 +309,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       if (keep_alive) {
         return self->read();
       }
-      self->stream_.tcp().expires_after(kThrowAwayPatience);
+      self->stream_.tcp().expires_after(kThrowAwayTimeout);
       self->throw_away(kMaxThrownAway);
     };
   }
@@ -328,7 +328,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
 
   WebParts& parts_;
   WebStream stream_;
-  HttpResponder responder_{stream_, parts_.options.patience};
+  HttpResponder responder_{stream_, parts_.options.timeout};
   const std::string peer_;  ///< ADDRESS:PORT
   beast::flat_buffer buffer_{kMaxHeaderBytes + kMaxBodyBytes};
   std::optional<HeadParser> head_;

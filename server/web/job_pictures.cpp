@@ -93,9 +93,9 @@ struct JobPictures::Queue {
   }
 };
 
-JobPictures::JobPictures(FarmRequests& farm_requests, const Gate& gate, std::uint64_t most_bytes)
+JobPictures::JobPictures(FarmRequests& farm_requests, const AccessControl& access, std::uint64_t most_bytes)
     : farm_requests_(farm_requests),
-      gate_(gate),
+      access_(access),
       queue_(std::make_shared<Queue>(most_bytes)),
       thread_([this] { run(); }) {}
 
@@ -105,9 +105,9 @@ JobPictures::~JobPictures() {
 }
 
 void JobPictures::send(const Call& call, JobId job, PictureFormat format, Reply reply) {
-  farm_requests_.post(std::move(reply), [call, job, format, &gate = gate_, queue = queue_](
+  farm_requests_.post(std::move(reply), [call, job, format, &access = access_, queue = queue_](
                                             FarmLoop::TaskContext& context, const PendingReply& back) {
-    const Status status = check_job_call(context, gate, call, job);
+    const Status status = check_job_call(context, access, call, job);
     const Result<v1::FilmHeader> header = status.ok() ? film_header(context.farm, job, context.now) : status;
     const Result<ByteBudget::Reservation> reservation = header.ok() ? queue->reserve(call, *header) : header.status();
     if (!reservation.ok()) {

@@ -8,7 +8,7 @@
 #include "common/base/mutex.h"
 #include "common/image/picture_file.h"
 #include "server/operations/messages.h"
-#include "server/runtime/gate.h"
+#include "server/runtime/access_control.h"
 #include "server/web/farm_requests.h"
 
 namespace lightmill {
@@ -20,7 +20,7 @@ class JobPictures {
   static constexpr std::uint64_t kMaxBytesOfOne = std::uint64_t{1} << 30;
 
   /// `most_bytes`: limit of all pictures that are made or sent at a time.
-  JobPictures(FarmRequests& farm_requests, const Gate& gate, std::uint64_t most_bytes);
+  JobPictures(FarmRequests& farm_requests, const AccessControl& access, std::uint64_t most_bytes);
   /// Waits for the current picture.
   ~JobPictures();
   JobPictures(const JobPictures&) = delete;
@@ -36,7 +36,7 @@ class JobPictures {
   void run();
 
   FarmRequests& farm_requests_;
-  const Gate& gate_;
+  const AccessControl& access_;
   const std::shared_ptr<Queue> queue_;
   std::thread thread_;
 };

@@ -57,15 +57,15 @@ const Operation* find_large_operation(std::string_view path) {
 
 JsonApi::JsonApi(ApiParts parts)
     : runtime_(parts.runtime),
-      gate_(parts.runtime.gate()),
+      access_(parts.runtime.access()),
       authenticator_(parts.authenticator),
       page_jobs_(parts.page_jobs),
       greeting_(std::move(parts.greeting)),
       on_side_thread_(std::move(parts.on_side_thread)),
       farm_requests_(parts.runtime.loop(), std::move(parts.on_web_thread)),
-      thumbnails_(farm_requests_, gate_, kThumbnailAnswer),
-      meters_(farm_requests_, gate_, kMetersAnswer),
-      pictures_(farm_requests_, gate_, parts.picture_bytes) {}
+      thumbnails_(farm_requests_, access_, kThumbnailAnswer),
+      meters_(farm_requests_, access_, kMetersAnswer),
+      pictures_(farm_requests_, access_, parts.picture_bytes) {}
 
 void JsonApi::handle(ApiRequest request, Reply reply) {
   if (request.path == kMetricsPath) {
@@ -92,7 +92,7 @@ void JsonApi::run(const HttpRoute& route, ApiRequest request, Reply reply) {
   const auto pending_call = std::make_shared<OperationCall>(runtime_, operation);
   Status status = fill_request(route, request.query, pending_call->request());
   Result<Call> call = request.call ? *std::move(request.call)
-                                   : gate_.admit(request.caller, request.peer, operation.rpc, pending_call->about());
+                                   : access_.admit(request.caller, request.peer, operation.rpc, pending_call->about());
   if (!call.ok()) {
     status = call.status();
   } else if (const std::string page(query_value(request.query, kPageParameter));
@@ -135,7 +135,7 @@ ApiReply JsonApi::handle_caller(const ApiRequest& request, std::string_view what
     return log_in(request);
   }
   const Identity caller = request.caller.ok() ? *request.caller : Identity{};
-  if (const Status taken = gate_.take_request(caller, request.peer); !taken.ok()) {
+  if (const Status taken = access_.take_request(caller, request.peer); !taken.ok()) {
     return error_reply(taken);
   }
   return what == "farm" ? greet(request.caller) : log_out(request);
@@ -192,7 +192,7 @@ bool JsonApi::show_film(const ApiRequest& request, std::string_view path, Reply&
     reply(error_reply(other_method(request, "GET")));
     return true;
   }
-  const Result<Call> call = gate_.admit(request.caller, request.peer, kGetFilm, {*job});
+  const Result<Call> call = access_.admit(request.caller, request.peer, kGetFilm, {*job});
   if (!call.ok()) {
     reply(error_reply(call.status()));
   } else if (what == kThumbnail) {
@@ -209,7 +209,7 @@ void JsonApi::show_metrics(const ApiRequest& request, Reply reply) {
   if (request.post) {
     return reply(error_reply(other_method(request, "GET")));
   }
-  const Result<Call> call = gate_.admit(request.caller, request.peer, kListWorkers);
+  const Result<Call> call = access_.admit(request.caller, request.peer, kListWorkers);
   if (!call.ok()) {
     return reply(error_reply(call.status()));
   }

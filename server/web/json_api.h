@@ -73,7 +73,7 @@ class JsonApi {
   void run(const HttpRoute& route, ApiRequest request, Reply reply);
 
   Runtime& runtime_;
-  const Gate& gate_;
+  const AccessControl& access_;
   HttpAuthenticator& authenticator_;
   PageJobs& page_jobs_;
   const FarmGreeting greeting_;

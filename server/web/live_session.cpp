@@ -17,8 +17,8 @@ using boost::system::error_code;
 
 constexpr std::size_t kMaxViewRequestBytes = 4 << 10;
 constexpr std::size_t kWriteBufferBytes = 64 << 10;
-constexpr auto kHandshakePatience = std::chrono::seconds(30);
-constexpr auto kLivePatience = std::chrono::seconds(30);
+constexpr auto kHandshakeTimeout = std::chrono::seconds(30);
+constexpr auto kLiveTimeout = std::chrono::seconds(30);
 constexpr std::size_t kMaxCloseReasonBytes = 100;
 
 /// The part that fits in a close frame, cut at a character.
@@ -42,7 +42,7 @@ class LiveSession final : public ViewerLink, public std::enable_shared_from_this
   }
 
   void start(const RequestHead& request) {
-    stream_.set_option(websocket::stream_base::timeout{kHandshakePatience, kLivePatience, true});
+    stream_.set_option(websocket::stream_base::timeout{kHandshakeTimeout, kLiveTimeout, true});
     stream_.auto_fragment(false);
     stream_.write_buffer_bytes(kWriteBufferBytes);
     stream_.read_message_max(kMaxViewRequestBytes);

@@ -66,9 +66,9 @@ class MetricLines {
 
 void add_work(const FarmTotals& totals, MetricLines& out) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
-  out.counter("lightmill_units_leased_total", "Units given to workers, with repeated ones and audits.",
-              number(totals.units_leased));
-  out.counter("lightmill_units_lost_total", "Units that workers did not finish.", number(totals.units_lost));
+  out.counter("lightmill_leases_granted_total", "Leases granted to workers, with repeated units and audits.",
+              number(totals.leases_granted));
+  out.counter("lightmill_leases_lost_total", "Leases that expired, or whose worker left.", number(totals.leases_lost));
   out.counters("lightmill_results_total", "Tiles from workers: merged, or dropped because they had been merged before.",
                "outcome", {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_duplicate)}});
   out.counters("lightmill_audits_total",
@@ -93,7 +93,7 @@ void add_farm(const MetricValues& farm, MetricLines& out) {
     out.line(fmt::format("lightmill_jobs_waiting{{reason=\"{}\"}}", kWaitReasonNames[i]),
              static_cast<double>(gauges.waits[i]));
   }
-  out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(gauges.units_out));
+  out.gauge("lightmill_leases", "Leases that workers have now.", static_cast<double>(gauges.leases));
   out.gauge("lightmill_queue_pixel_samples",
             "Samples of all pixels that are wanted now and not given to a worker. Without jobs that end only by time.",
             static_cast<double>(gauges.free_pixel_samples));

@@ -79,7 +79,7 @@ void PageJobs::tick() {
   const Time now = clock_.now();
   for (auto at = pages_.begin(); at != pages_.end();) {
     Page& page = at->second;
-    if (page.connections > 0 || now < page.left_at + kPatience) {
+    if (page.connections > 0 || now < page.left_at + kTimeout) {
       ++at;
       continue;
     }

@@ -20,7 +20,7 @@ namespace lightmill {
 class PageJobs {
  public:
   /// Time for a page to reconnect.
-  static constexpr Duration kPatience = std::chrono::seconds(5);
+  static constexpr Duration kTimeout = std::chrono::seconds(5);
   /// Jobs of one page. The oldest one is deleted for a new one.
   static constexpr std::size_t kMaxJobs = 16;
   /// Deletes a job of the caller in any state. Calls `done` on the web thread: whether the job is gone.

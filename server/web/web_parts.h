@@ -50,7 +50,7 @@ struct WebParts {
   /// Memory limit of large bodies.
   static constexpr std::uint64_t kMaxLargeBytes = std::uint64_t{256} << 20;
 
-  const Gate& gate;
+  const AccessControl& access;
   AssetStore& assets;
   Traffic& traffic;
   const WebOptions options;

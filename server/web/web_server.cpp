@@ -34,10 +34,10 @@ FarmGreeting greeting_of(const WebOptions& options, Runtime& runtime) {
   return {options.version, runtime.options().notices, {}};
 }
 
-LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
-  return [&loop, &gate](const Call& call, JobId job, const Status& status) {
-    (void)loop.post([&gate, call, job, status](FarmLoop::TaskContext& context) {
-      record(context, gate, call, {job.value}, status);
+LiveHub::OnRefused recording_refusals(FarmLoop& loop, const AccessControl& access) {
+  return [&loop, &access](const Call& call, JobId job, const Status& status) {
+    (void)loop.post([&access, call, job, status](FarmLoop::TaskContext& context) {
+      record(context, access, call, {job.value}, status);
     });
   };
 }
@@ -115,15 +115,15 @@ Result<std::unique_ptr<WebServer>> WebServer::start(Runtime& runtime, const WebO
 }
 
 WebParts::WebParts(Runtime& runtime, const WebOptions& web, ServedCertificate served, PageFiles files)
-    : gate(runtime.gate()),
+    : access(runtime.access()),
       assets(runtime.assets()),
       traffic(runtime.loop().traffic()),
       options(web),
       pages(std::move(files)),
       certificate(std::move(served)),
-      authenticator(runtime.loop(), gate, system_clock()),
+      authenticator(runtime.loop(), access, system_clock()),
       hub(runtime.loop(), greeting_of(options, runtime), posting_to(mailbox), system_clock(),
-          recording_refusals(runtime.loop(), gate), options.view_bytes, discarding(runtime, posting_to(mailbox))),
+          recording_refusals(runtime.loop(), access), options.view_bytes, discarding(runtime, posting_to(mailbox))),
       ticker(*io),
       renewal(*io),
       api(std::in_place, ApiParts{runtime, authenticator, hub.page_jobs(), greeting_of(options, runtime),

@@ -23,7 +23,7 @@ struct WebOptions {
   std::size_t connections = 1'024;  ///< limit
   /// Memory limits: pictures that are made or downloaded, and pictures that open pages show.
   std::uint64_t file_bytes = std::uint64_t{2} << 30, view_bytes = std::uint64_t{1} << 30;
-  Duration patience = std::chrono::seconds(30);  ///< a connection is closed after this time of silence
+  Duration timeout = std::chrono::seconds(30);  ///< a connection is closed after this time of silence
 };
 
 struct WebParts;

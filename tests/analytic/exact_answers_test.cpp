@@ -21,7 +21,7 @@ TEST(Furnace, AClosedSphereOfAlbedoAHasRadianceOneOverOneMinusA) {
   }
 }
 
-TEST(Furnace, AfterSomeBouncesHasThePartialSum) {
+TEST(Furnace, SomeBouncesGiveThePartialSum) {
   struct Case {
     double albedo;
     std::uint32_t bounces;
@@ -51,7 +51,7 @@ TEST(Furnace, AGlassBallInUniformLightCannotBeSeen) {
   expect_answer(mean_of(scene.render({"path", 4, 0}, 8), 0), 1, 1e-3);
 }
 
-TEST(PointLight, AtTheCentreOfADiffuseSphereGivesRadianceOne) {
+TEST(PointLight, GivesRadianceOneAtTheCentreOfADiffuseSphere) {
   // Every bounce reflects ρ of I/R²: L = I/(π R²) · ρ/(1 − ρ).
   struct Case {
     double radius, reflectance, intensity, exact;

@@ -54,7 +54,7 @@ TEST_P(PhotonAnswers, AFurnaceCutAfterSomeBouncesIsThePartialSum) {
   }
 }
 
-TEST_P(PhotonAnswers, APointLightAtTheCentreOfADiffuseSphereGivesRadianceOne) {
+TEST_P(PhotonAnswers, APointLightGivesRadianceOneAtTheCentreOfADiffuseSphere) {
   for (const auto& [radius, rho, intensity] : {std::tuple(1.0, 0.5, M_PI), {2.5, 0.3, 40.0}}) {
     const auto scene = TestScene::from_text(
         document(kInside, 60, 16, diffuse("wall", rho), sphere("wall", "[0, 0, 0]", radius, true),

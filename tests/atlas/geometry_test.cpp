@@ -37,7 +37,7 @@ TEST(Triangles, EmitNothingWithoutArea) {
   expect_answer(mean_of(clean_picture(scene, "path", 10, 1), 0), 0.2394565, 2e-3);
 }
 
-TEST(Triangles, WithoutAreaAreNotSeen) {
+TEST(Triangles, AreNotSeenWithoutArea) {
   // Rays hit nothing and see the sky. The second face is behind the camera: a file without any area is refused.
   const std::string faces = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 9e3 0\nv 1 9e3 0\nv 0 9e3 1\nf 1 2 3\nf 4 5 6\n";
   const std::string text =

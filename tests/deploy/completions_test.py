@@ -17,7 +17,7 @@ import time
 import unittest
 
 import help_text
-from patience import PATIENCE_S
+from waiting import TIMEOUT_S
 
 BUILD = pathlib.Path(sys.argv.pop(1)).absolute()
 BIN = BUILD / "bin"
@@ -46,7 +46,7 @@ def all_bash_offers(questions, folder=None):
     script = SHARE / "bash-completion" / "completions" / questions[0][0]
     asks = "".join(f"ask {shlex.join(words)}\n" for words in questions)
     run = subprocess.run(["bash", "--norc", "-c", BASH_QUESTIONS + asks, "bash", script, questions[0][0]], capture_output=True, text=True,
-                         check=True, timeout=PATIENCE_S, cwd=folder)
+                         check=True, timeout=TIMEOUT_S, cwd=folder)
     assert run.stderr == "", run.stderr
     return [{line for line in part.splitlines() if line} for part in run.stdout.split("==\n")[:-1]]
 
@@ -62,7 +62,7 @@ def fish_offers(lines, folder=None):
     asks = "".join(f"echo '=='; complete -C '{line}'\n" for line in lines)
     with tempfile.TemporaryDirectory() as home:
         run = subprocess.run(["fish", "--no-config", "-c", f"source {script}\n{asks}"], capture_output=True, text=True, check=True,
-                             timeout=PATIENCE_S, cwd=folder or home, env={**os.environ, "HOME": home})
+                             timeout=TIMEOUT_S, cwd=folder or home, env={**os.environ, "HOME": home})
     assert run.stderr == "", run.stderr
     return [{offer.split("\t")[0] for offer in part.splitlines() if offer} for part in run.stdout.split("==\n")[1:]]
 
@@ -86,11 +86,11 @@ class Zsh:
         os.waitpid(self.pid, 0)
         self.home.cleanup()
 
-    def ask(self, keys, until, patience=PATIENCE_S):
+    def ask(self, keys, until, timeout=TIMEOUT_S):
         """Types keys, and returns the terminal's output up to a match. After a command, wait for the prompt: before it the
         terminal would take ^D and ^U itself."""
         os.write(self.terminal, keys.encode())
-        shown, end = "", time.monotonic() + patience
+        shown, end = "", time.monotonic() + timeout
         while not re.search(until, shown, re.DOTALL):
             left = end - time.monotonic()
             if left <= 0 or not select.select([self.terminal], [], [], left)[0]:

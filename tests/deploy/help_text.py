@@ -3,14 +3,14 @@ import functools
 import re
 import subprocess
 
-from patience import PATIENCE_S
+from waiting import TIMEOUT_S
 
 PROGRAMS = ["lightmill", "lightmill-server", "lightmill-worker"]
 
 
 @functools.cache
 def _printed(words):
-    return subprocess.run([*words, "--help"], capture_output=True, text=True, check=True, timeout=PATIENCE_S).stdout
+    return subprocess.run([*words, "--help"], capture_output=True, text=True, check=True, timeout=TIMEOUT_S).stdout
 
 
 def help_of(folder, words):

@@ -3,7 +3,7 @@ import pathlib
 import signal
 import subprocess
 
-from patience import PATIENCE_S
+from waiting import TIMEOUT_S
 
 # Reports of faults in logs: of the programs, as in tests/support/process.cpp and tests/e2e/farm.mjs, and of a shell that runs one.
 FAULTS_OF_PROGRAMS = ("WARNING: ThreadSanitizer", "ERROR: AddressSanitizer", "ERROR: LeakSanitizer", ": runtime error: ",
@@ -36,7 +36,7 @@ class BackgroundProgram(subprocess.Popen):
         its log reports a fault."""
         self.send_signal(sig)
         try:
-            code = self.wait(PATIENCE_S)
+            code = self.wait(TIMEOUT_S)
         finally:
             self.kill()
             self.wait()

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import unittest
 
-from patience import wait_until
+from waiting import wait_until
 from processes import FAULTS_OF_PROGRAMS, BackgroundProgram
 
 

@@ -16,7 +16,7 @@ import tempfile
 import unittest
 
 import help_text
-from patience import PATIENCE_S, wait_until
+from waiting import TIMEOUT_S, wait_until
 from processes import BackgroundProgram
 
 BUILD = pathlib.Path(sys.argv.pop()).absolute()
@@ -153,7 +153,7 @@ class Units(unittest.TestCase):
             for scene in ("cornell-bench-blocks", "course-default"):
                 run = subprocess.run([BIN / "lightmill", "render", SOURCE / "scenes" / f"{scene}.json", "--server", farm, "--spp", "2",
                                       "--size", "64x64", "-o", picture], capture_output=True, text=True, check=False,
-                                     timeout=PATIENCE_S)
+                                     timeout=TIMEOUT_S)
                 self.assertEqual(run.returncode, 0, run.stderr + log_path.read_text())
             while programs:
                 programs.pop().end()

@@ -8,10 +8,10 @@ import {fileURLToPath} from 'node:url';
 export const kSource = fileURLToPath(new URL('../..', import.meta.url));
 
 /** Limit that keeps a test from hanging. It is no expectation, because the machine can be busy. */
-export const kPatienceMs = 120_000;
+export const kTimeoutMs = 120_000;
 
 /** Checks `condition` until it holds. Throws `what` after `limitMs`. */
-export async function eventually(what, condition, limitMs = kPatienceMs) {
+export async function eventually(what, condition, limitMs = kTimeoutMs) {
   const until = Date.now() + limitMs;
   for (let pauseMs = 20; ; pauseMs = Math.min(1.5 * pauseMs, 200)) {
     const value = await condition();

@@ -20,7 +20,7 @@ after(() => session.close());
 const section = (name) => page.getByRole('region', {name});
 /** The coordinator has a worker's first minute only after a minute. For pictures, the page waits for it. */
 async function giveAMinute(page) {
-  const minutes = [{unix_ms: String(Date.now()), seconds: 60, results: '3', units_lost: '2', pixel_samples: 1000}];
+  const minutes = [{unix_ms: String(Date.now()), seconds: 60, results: '3', leases_lost: '2', pixel_samples: 1000}];
   if (!pictures) {
     await page.route(/workers\/box-1\/history$/, (route) => route.fulfill({json: {minutes}}));
   }

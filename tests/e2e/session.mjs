@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {join} from 'node:path';
-import {eventually, Farm, kPatienceMs, kSource} from './farm.mjs';
+import {eventually, Farm, kTimeoutMs, kSource} from './farm.mjs';
 
 const require = createRequire(join(kSource, 'client/web/package.json'));
 const {chromium} = require('playwright-core');
@@ -54,7 +54,7 @@ export class Session {
   async open(path, {viewport = kDesktop, colorScheme = 'dark', ...more} = {}) {
     const context = await this.browser.newContext({viewport, colorScheme, acceptDownloads: true, ...more});
     const opened = await context.newPage();
-    opened.setDefaultTimeout(kPatienceMs);
+    opened.setDefaultTimeout(kTimeoutMs);
     opened.on('request', (request) => this.requests.push(request.url()));
     opened.on('pageerror', (error) => this.faults.push(error.message));
     opened.on('console', (message) => {

@@ -20,7 +20,7 @@ namespace {
 namespace pb = google::protobuf;
 
 constexpr int kMaxReplies = 3;
-constexpr std::chrono::milliseconds kPatience(100), kPatienceOnALoadedMachine(60'000);
+constexpr std::chrono::milliseconds kTimeout(100), kTimeoutOnALoadedMachine(60'000);
 
 /// Whether the method may wait: for work, for changes of a job, or for a worker that reads the scene.
 bool may_wait(const RpcTarget::Method& method) {
@@ -72,7 +72,7 @@ RpcTarget::RpcTarget() {
   auto assets = open_asset_folder(folder_.path() / "assets", {std::uint64_t{1} << 20, std::uint64_t{1} << 24});
   LM_CHECK(store.ok() && assets.ok());
   RuntimeOptions options;
-  options.gate.calls.requests_per_second = 1e6;
+  options.access.calls.requests_per_second = 1e6;
   options.limits.film_bytes = std::uint64_t{256} << 20;
   auto runtime = Runtime::start(std::move(*store), std::move(*assets), options);
   LM_CHECK(runtime.ok(), "{}", message_of(runtime.status()));
@@ -149,9 +149,9 @@ bool RpcTarget::is_message(const std::string& name, std::string_view bytes) {
 }
 
 grpc::Status RpcTarget::exchange(const Method& method, const std::vector<std::string>& requests,
-                                 std::chrono::milliseconds patience) {
+                                 std::chrono::milliseconds timeout) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + patience);
+  context.set_deadline(std::chrono::system_clock::now() + timeout);
   context.set_wait_for_ready(true);
   grpc::CompletionQueue queue;
   const auto stream = stub_->PrepareCall(&context, method.path, &queue);
@@ -183,9 +183,9 @@ grpc::Status RpcTarget::exchange(const Method& method, const std::vector<std::st
 }
 
 grpc::Status RpcTarget::call(const Method& method, const std::vector<std::string>& requests) {
-  grpc::Status status = exchange(method, requests, kPatience);
+  grpc::Status status = exchange(method, requests, kTimeout);
   if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && !may_wait(method)) {
-    status = exchange(method, requests, kPatienceOnALoadedMachine);
+    status = exchange(method, requests, kTimeoutOnALoadedMachine);
     LM_CHECK(status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED, "{} is not answered", method.path);
   }
   const grpc::StatusCode code = status.error_code();

@@ -37,7 +37,7 @@ class RpcTarget {
 
  private:
   grpc::Status exchange(const Method& method, const std::vector<std::string>& requests,
-                        std::chrono::milliseconds patience);
+                        std::chrono::milliseconds timeout);
 
   test::TemporaryFolder folder_;
   std::unique_ptr<Runtime> runtime_;

@@ -123,7 +123,7 @@ TEST(TokenAccess, ARefusedWorkerLogsItOnceAndConnectsWhenAllowed) {
 grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel, const std::string& name,
                                   const std::string& token) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   if (!token.empty()) {
     context.AddMetadata("authorization", "Bearer " + token);
   }
@@ -157,7 +157,7 @@ TEST(TokenAccess, StreamsEndWithTheirCertificateOrToken) {
   const MovableClock clock;
   SecureFarm secure({}, {"127.0.0.1", {}, clock.environment()});
   const auto root = secure.channel(secure.person("root", {Role::admin}));
-  const auto ends = [](const auto& stream) { return stream.wait_for(kPatience) == std::future_status::ready; };
+  const auto ends = [](const auto& stream) { return stream.wait_for(kTimeout) == std::future_status::ready; };
   const auto continues = [](const auto& stream) {
     return stream.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
   };
@@ -206,7 +206,7 @@ TEST(TokenAccess, AScalerWithARevokedTokenIsDisconnected) {
   const std::string token = token_for(root, "scaler", {Role::view});
   grpc::ClientContext context;
   context.AddMetadata("authorization", "Bearer " + token);
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   const auto stub = externalscaler::ExternalScaler::NewStub(secure.channel(std::nullopt));
   const auto stream = stub->StreamIsActive(&context, {});
   externalscaler::IsActiveResponse heard;

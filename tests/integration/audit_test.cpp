@@ -149,7 +149,7 @@ class RawWorker {
   RawWorker(const Farm& farm, const std::string& name)
       : stub_(v1::WorkerService::NewStub(grpc::CreateChannel(farm.address(), grpc::InsecureChannelCredentials()))),
         stream_(stub_->Work(&context_)) {
-    context_.set_deadline(std::chrono::system_clock::now() + kPatience);
+    context_.set_deadline(std::chrono::system_clock::now() + kTimeout);
     WorkerHello hello;
     hello.name = hello.host = hello.machine = name;
     hello.fingerprint_class = worker_class(program("lightmill-image-decoder"));

@@ -126,7 +126,7 @@ class Images : public ::testing::Test {
     farm_.client().upload_assets(assets);
     request.add_scene("a.json");
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + kPatience);
+    context.set_deadline(std::chrono::system_clock::now() + kTimeout);
     v1::InspectSceneResponse response;
     return farm_.client().stub().InspectScene(&context, request, &response);
   }

@@ -33,7 +33,7 @@ class Dropped {
   void add_shipped(const std::string& path) { add(path, read_file(source_file("scenes/" + path)).value()); }
   grpc::Status inspect() {
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + kPatience);
+    context.set_deadline(std::chrono::system_clock::now() + kTimeout);
     found.Clear();
     return client_.stub().InspectScene(&context, request, &found);
   }
@@ -205,7 +205,7 @@ TEST(Inspect, AFileThatNeedsTooMuchMemoryLeavesTheWorkerAlone) {
   EXPECT_TRUE(dropped.inspect().ok());
   EXPECT_FALSE(farm.missed("w1")) << farm.server_log();
   ASSERT_EQ(::kill(worker.pid(), SIGTERM), 0);
-  EXPECT_EQ(worker.wait(kPatience), 0) << "it drains";
+  EXPECT_EQ(worker.wait(kTimeout), 0) << "it drains";
 }
 
 /// The process of this worker that reads a scene; 0 if there is none.
@@ -240,7 +240,7 @@ TEST(Inspect, AWorkerDrainsWhileItsReaderHangs) {
     EXPECT_EQ(::kill(reader, SIGSTOP), 0);
   }
   EXPECT_EQ(::kill(worker.pid(), SIGTERM), 0);
-  EXPECT_EQ(worker.wait(kPatience), 0) << farm.worker_log("w1");
+  EXPECT_EQ(worker.wait(kTimeout), 0) << farm.worker_log("w1");
   EXPECT_NE(::kill(reader, 0), 0) << "the reader is gone";
   farm.add_worker(1, "w2");
   caller.join();

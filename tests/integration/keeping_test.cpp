@@ -248,7 +248,7 @@ TEST(Storage, AFullDiskRefusesJobsAtOnceAndKeepsAcceptedOnes) {
     to_wire(job_of({}, request_id), &request);
     v1::Job job;
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + kPatience);
+    context.set_deadline(std::chrono::system_clock::now() + kTimeout);
     const grpc::Status status = client.stub().SubmitJob(&context, request, &job);
     if (status.ok()) {
       jobs.insert(job.id());  // the store's file still had room

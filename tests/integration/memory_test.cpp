@@ -107,7 +107,7 @@ std::uint64_t peak_bytes(const BackgroundProcess& process) {
 grpc::StatusCode send_compressed(const std::string& address, const std::string& method, std::size_t bytes) {
   grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
   const grpc::Slice zeros(std::string(bytes, '\0'));
   const grpc::ByteBuffer request(&zeros, 1);

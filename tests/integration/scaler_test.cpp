@@ -60,7 +60,7 @@ class Scaler {
     return value.metricvaluefloat() / one.targetsizefloat();
   }
   std::unique_ptr<grpc::ClientReader<externalscaler::IsActiveResponse>> listen(grpc::ClientContext& context) {
-    context.set_deadline(std::chrono::system_clock::now() + kPatience);
+    context.set_deadline(std::chrono::system_clock::now() + kTimeout);
     return stub_->StreamIsActive(&context, ref_);
   }
 
@@ -147,7 +147,7 @@ TEST(Health, AWatcherLearnsOfTheShutdown) {
   Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
   grpc::GenericStub stub(grpc::CreateChannel(health_address(port_file), grpc::InsecureChannelCredentials()));
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   grpc::CompletionQueue queue;
   const auto stream = stub.PrepareCall(&context, "/grpc.health.v1.Health/Watch", &queue);
   const auto done = [&] {

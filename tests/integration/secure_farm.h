@@ -81,7 +81,7 @@ inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const st
   if (!token.empty()) {
     context.AddMetadata("authorization", "Bearer " + token);
   }
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   grpc::CompletionQueue queue;
   const auto stream = stub.PrepareCall(&context, method, &queue);
   const auto done = [&] {

@@ -38,7 +38,7 @@ class SecurePage {
     socket_.write(asio::buffer(request.SerializeAsString()), error);
   }
   v1::ViewUpdate read() {
-    beast::get_lowest_layer(socket_).expires_after(kPatience);
+    beast::get_lowest_layer(socket_).expires_after(kTimeout);
     beast::flat_buffer buffer;
     socket_.read(buffer, error);
     v1::ViewUpdate update;

@@ -21,7 +21,7 @@ import tempfile
 import urllib.request
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "deploy"))
-from patience import PATIENCE_S, wait_until
+from waiting import TIMEOUT_S, wait_until
 from processes import BackgroundProgram
 
 PAGES = {"command-line.md": "commands", "metrics.md": "metrics", "http-api.md": "calls", "methods.md": "methods", "exr.md": "layers"}
@@ -30,7 +30,7 @@ PROGRAMS = ["lightmill", "lightmill-server", "lightmill-worker"]
 
 
 def printed(*command):
-    return subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True, timeout=PATIENCE_S).stdout.strip() + "\n"
+    return subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True, timeout=TIMEOUT_S).stdout.strip() + "\n"
 
 
 def table(heads, rows):
@@ -55,7 +55,7 @@ def metrics_text(programs):
                                          "127.0.0.1:0", "--http-port-file", port, "--log-level", "error"], f"{folder}/log")
         try:
             wait_until("the page is served", lambda: coordinator.poll() is not None or port.exists() and port.read_text().strip())
-            with urllib.request.urlopen(f"http://127.0.0.1:{port.read_text().strip()}/metrics", timeout=PATIENCE_S) as answer:
+            with urllib.request.urlopen(f"http://127.0.0.1:{port.read_text().strip()}/metrics", timeout=TIMEOUT_S) as answer:
                 return answer.read().decode()
         finally:
             coordinator.end()

@@ -19,7 +19,7 @@ import unittest
 
 TOY = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
-PATIENCE = 120
+TIMEOUT = 120
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WAITS = """
 script(waits "touch '${CMAKE_BINARY_DIR}/begun'; while [ -e '${CMAKE_BINARY_DIR}/begun' ] && [ ! -e '${CMAKE_BINARY_DIR}/go' ]; do sleep 0.01; done
@@ -129,17 +129,17 @@ class Runner(unittest.TestCase):
         """Ends a runner that a failed test has left, with its commands. Returns its output."""
         process.terminate()
         try:
-            return process.communicate(timeout=PATIENCE)[0]
+            return process.communicate(timeout=TIMEOUT)[0]
         finally:
             process.kill()
             process.communicate()
 
-    def end(self, process, patience=PATIENCE):
+    def end(self, process, timeout=TIMEOUT):
         """Whether it passed, and its output."""
         try:
-            said, _ = process.communicate(timeout=patience)
+            said, _ = process.communicate(timeout=timeout)
         except subprocess.TimeoutExpired:
-            self.fail(f"the runner did not end within {patience} s:\n{self.stop(process)}")
+            self.fail(f"the runner did not end within {timeout} s:\n{self.stop(process)}")
         return process.returncode == 0, said
 
     def output_of(self, script):
@@ -164,14 +164,14 @@ class Runner(unittest.TestCase):
 
     def wait_until_no_run(self):
         """The last output of --status."""
-        until = time.monotonic() + PATIENCE
+        until = time.monotonic() + TIMEOUT
         while "no run is active" not in (said := self.run_it("--status")[1]):
             self.assertLess(time.monotonic(), until, said)
             time.sleep(0.02)
         return said
 
     def wait_for(self, path):
-        until = time.monotonic() + PATIENCE
+        until = time.monotonic() + TIMEOUT
         while not (self.root / path).exists():
             self.assertLess(time.monotonic(), until, f"{path} does not come")
             time.sleep(0.01)

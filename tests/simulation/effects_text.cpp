@@ -196,9 +196,9 @@ std::string view_text(const Coordinator& coordinator, Time now) {
   const FarmTotals& totals = coordinator.totals();
   text += fmt::format("{} samples, {} running, {} waiting; jobs {}, {} units, {} free, {} {} {} {} workers, {}, {}\n",
                       load.pixel_samples, load.jobs_running, load.jobs_waiting, fmt::join(gauges.jobs, " "),
-                      gauges.units_out, gauges.free_pixel_samples, gauges.rendering, gauges.idle, gauges.draining,
+                      gauges.leases, gauges.free_pixel_samples, gauges.rendering, gauges.idle, gauges.draining,
                       gauges.quarantined, gauges.threads, gauges.results_rate);
-  text += fmt::format("{} {} {} {} {} {} {} {}\n", totals.units_leased, totals.units_lost, totals.results_merged,
+  text += fmt::format("{} {} {} {} {} {} {} {}\n", totals.leases_granted, totals.leases_lost, totals.results_merged,
                       totals.results_duplicate, totals.results_audited, totals.results_wrong, totals.pixel_samples,
                       totals.jobs_failed);
   const std::optional<Time> next = coordinator.next_deadline();

@@ -7,7 +7,7 @@ namespace lightmill::simulation {
 namespace {
 
 constexpr std::uint64_t kMaxEvents = 3'000'000;
-constexpr Duration kPatience = std::chrono::seconds(3000);  ///< after chaos, until all jobs must be done
+constexpr Duration kTimeout = std::chrono::seconds(3000);  ///< after chaos, until all jobs must be done
 constexpr Duration kSettling = std::chrono::seconds(15);
 
 }  // namespace
@@ -22,7 +22,7 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
   limits.restart_grace = std::chrono::milliseconds(2500);
   limits.unit_seconds = 0.3;
   limits.tile_cpu_seconds = bugs.wait_for_the_idle ? 1e6 : 60;
-  limits.auditor_patience = std::chrono::seconds(20);
+  limits.auditor_timeout = std::chrono::seconds(20);
   limits.copy_after = limits.copy_pilot_after =
       chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));
   if (bugs.blame_hastily) {
@@ -97,7 +97,7 @@ Report FarmSimulation::run() {
     if (deceit_has_ended()) {
       break;
     }
-    if (world_.now > world_.chaos_end + kPatience) {
+    if (world_.now > world_.chaos_end + kTimeout) {
       world_.fail(fmt::format("jobs are not done long after the last fault:{}", clients_.describe_farm()));
     }
     if (world_.chaos_now() || !clients_.all_ended()) {

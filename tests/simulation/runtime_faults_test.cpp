@@ -28,7 +28,7 @@ namespace lightmill::simulation {
 namespace {
 
 constexpr int kAllDone = 0, kStoreFailed = 3, kMemoryEnded = 7;
-constexpr unsigned kPatienceSeconds = 120;
+constexpr unsigned kTimeoutSeconds = 120;
 constexpr std::uint64_t kJobs = 3;
 
 struct Trial {
@@ -75,7 +75,7 @@ class RunningFarm {
   static CoordinatorLimits limits() {
     CoordinatorLimits limits;
     limits.film_idle = std::chrono::milliseconds(1);  // films are read again
-    limits.auditor_patience = std::chrono::seconds(1);
+    limits.auditor_timeout = std::chrono::seconds(1);
     return limits;
   }
   void end() {
@@ -155,7 +155,7 @@ class RunningFarm {
 
 int run_farm(const std::filesystem::path& folder, std::uint64_t seed, const Trial& trial, int report_pipe) {
   spdlog::set_level(spdlog::level::off);
-  ::alarm(kPatienceSeconds);
+  ::alarm(kTimeoutSeconds);
   exit_on_out_of_memory("farm", kMemoryEnded);
   FailingStore store(open_sqlite_store(StoredFarm::database_of(folder)).value(), trial.fault, trial.at_call, seed);
   StoredState state = store.load().value();

@@ -20,8 +20,8 @@ namespace {
 
 /// Calls until the coordinator answers with anything but UNAVAILABLE.
 template <class Call>
-void call_patiently(const Call& call) {
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+void call_until_served(const Call& call) {
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   for (;;) {
     const grpc::Status status = call();
     if (status.ok()) {
@@ -160,7 +160,7 @@ FarmClient::FarmClient(const std::string& address) {
 
 void FarmClient::upload_assets(const LoadedScene& scene) {
   for (const auto& [digest, bytes] : scene.assets) {
-    call_patiently([&, &asset_digest = digest, &asset = bytes] {
+    call_until_served([&, &asset_digest = digest, &asset = bytes] {
       grpc::ClientContext context;
       v1::UploadAssetResponse response;
       const auto writer = stub_->UploadAsset(&context, &response);
@@ -184,7 +184,7 @@ v1::Job FarmClient::submit(const Picture& picture, const std::string& request_id
   v1::SubmitJobRequest request;
   to_wire(job_of(picture, request_id), &request);
   v1::Job job;
-  call_patiently([&] {
+  call_until_served([&] {
     grpc::ClientContext context;
     return stub_->SubmitJob(&context, request, &job);
   });
@@ -195,7 +195,7 @@ v1::Job FarmClient::job(std::uint64_t id) {
   v1::GetJobRequest request;
   request.set_id(id);
   v1::Job job;
-  call_patiently([&] {
+  call_until_served([&] {
     grpc::ClientContext context;
     return stub_->GetJob(&context, request, &job);
   });
@@ -207,7 +207,7 @@ v1::Job FarmClient::extend(std::uint64_t id, std::uint64_t samples) {
   request.set_id(id);
   request.set_samples(samples);
   v1::Job job;
-  call_patiently([&] {
+  call_until_served([&] {
     grpc::ClientContext context;
     return stub_->ExtendJob(&context, request, &job);
   });
@@ -216,7 +216,7 @@ v1::Job FarmClient::extend(std::uint64_t id, std::uint64_t samples) {
 
 std::vector<std::uint64_t> FarmClient::jobs() {
   v1::ListJobsResponse response;
-  call_patiently([&] {
+  call_until_served([&] {
     grpc::ClientContext context;
     return stub_->ListJobs(&context, {}, &response);
   });
@@ -229,7 +229,7 @@ std::vector<std::uint64_t> FarmClient::jobs() {
 
 std::vector<v1::Worker> FarmClient::workers() {
   v1::ListWorkersResponse response;
-  call_patiently([&] {
+  call_until_served([&] {
     grpc::ClientContext context;
     return stub_->ListWorkers(&context, {}, &response);
   });
@@ -252,7 +252,7 @@ v1::Job FarmClient::wait_until_ended(std::uint64_t id, std::chrono::seconds limi
 }
 
 v1::Job FarmClient::wait_for_samples(std::uint64_t id, std::uint64_t pixel_samples) {
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   for (;;) {
     const v1::Job now = job(id);
     if (has_ended(now) || now.samples_done() >= pixel_samples) {
@@ -281,7 +281,7 @@ void FarmClient::wait_while_it_works(std::uint64_t id, Picture& picture, std::ui
 
 FilmPlanes FarmClient::film(std::uint64_t id) {
   FilmPlanes planes;
-  call_patiently([&] {
+  call_until_served([&] {
     grpc::ClientContext context;
     v1::GetFilmRequest request;
     request.set_id(id);
@@ -325,7 +325,7 @@ void Farm::start_server() {
   arguments.insert(arguments.end(), server_options_.begin(), server_options_.end());
   server_ =
       std::make_unique<BackgroundProcess>(arguments, (folder_.path() / "server.log").string(), launch_.environment);
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   while (!std::filesystem::exists(port_file)) {
     if (server_->wait(std::chrono::milliseconds(0)) || std::chrono::steady_clock::now() > until) {
       ADD_FAILURE() << "the coordinator does not start:\n" << server_log();

@@ -57,7 +57,7 @@ class FarmClient {
   std::vector<std::uint64_t> jobs();
   std::vector<v1::Worker> workers();
   /// Returns the job when it has ended. Fails the test after `limit`.
-  v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = kPatience);
+  v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = kTimeout);
   /// Waits until the running job has merged `pixel_samples` more. A job that ends earlier gets more samples, and
   /// `picture` gets the new number.
   void wait_while_it_works(std::uint64_t id, Picture& picture, std::uint64_t pixel_samples);

@@ -14,7 +14,7 @@
 namespace lightmill::test {
 
 /// Limit that keeps a test from hanging. It is no expectation, because the machine can be busy.
-inline constexpr std::chrono::seconds kPatience{120};
+inline constexpr std::chrono::seconds kTimeout{120};
 
 /// Variables to set on top of the test's own environment; an empty value unsets.
 using Environment = std::map<std::string, std::string>;
@@ -26,7 +26,7 @@ struct CommandResult {
 
 /// Runs a program to its end. Kills it after `limit`.
 CommandResult run_command(const std::vector<std::string>& arguments, const Environment& environment = {},
-                          std::chrono::seconds limit = kPatience);
+                          std::chrono::seconds limit = kTimeout);
 
 /// A background program. It is killed and waited for at the end of its scope. The kernel kills it if the test dies.
 /// If LIGHTMILL_LEAVE_MS is set, it gets SIGTERM first, and so many milliseconds to end. A killed program would lose its
@@ -47,7 +47,7 @@ class BackgroundProcess {
   /// After SIGSTOP it returns when all threads of the process have stopped.
   void send(int signal);
   /// The exit code (128 + signal if killed), or nothing if the process still runs after `limit`.
-  std::optional<int> wait(std::chrono::milliseconds limit = kPatience);
+  std::optional<int> wait(std::chrono::milliseconds limit = kTimeout);
   /// Its log may report faults, because the test causes them.
   void allow_faults() { faults_allowed_ = true; }
 
@@ -70,7 +70,7 @@ std::vector<pid_t> processes_with(const std::string& name, const std::string& va
 
 /// Checks `condition` every 10 ms until it holds or `limit` is over. Returns whether it held.
 template <class Condition>
-bool eventually(Condition condition, std::chrono::milliseconds limit = kPatience) {
+bool eventually(Condition condition, std::chrono::milliseconds limit = kTimeout) {
   const auto until = std::chrono::steady_clock::now() + limit;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > until) {

@@ -16,9 +16,9 @@ namespace {
 
 using Image = TevWindow::Image;
 
-bool readable(int socket, std::chrono::milliseconds patience) {
+bool readable(int socket, std::chrono::milliseconds timeout) {
   pollfd ready{socket, POLLIN, 0};
-  return ::poll(&ready, 1, static_cast<int>(patience.count())) == 1;
+  return ::poll(&ready, 1, static_cast<int>(timeout.count())) == 1;
 }
 
 int bound_to(std::uint16_t port) {
@@ -135,9 +135,9 @@ void TevWindow::close() {
   }
 }
 
-bool TevWindow::read(std::size_t most, std::chrono::milliseconds patience) {
+bool TevWindow::read(std::size_t most, std::chrono::milliseconds timeout) {
   std::vector<char> piece(most);
-  const ssize_t length = readable(connection_, patience) ? ::read(connection_, piece.data(), piece.size()) : 0;
+  const ssize_t length = readable(connection_, timeout) ? ::read(connection_, piece.data(), piece.size()) : 0;
   if (length <= 0) {
     return false;
   }
@@ -184,12 +184,12 @@ std::string TevListener::address() const {
   return fmt::format("127.0.0.1:{}", port_);
 }
 
-bool TevListener::called(std::chrono::milliseconds patience) const {
-  return readable(listening_, patience);
+bool TevListener::called(std::chrono::milliseconds timeout) const {
+  return readable(listening_, timeout);
 }
 
 TevWindow TevListener::accept() const {
-  EXPECT_TRUE(called(kPatience));
+  EXPECT_TRUE(called(kTimeout));
   return TevWindow(::accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC));
 }
 

@@ -28,8 +28,8 @@ class TevWindow {
   TevWindow(TevWindow&& other) noexcept;
   TevWindow& operator=(TevWindow&&) = delete;
 
-  /// Reads up to `most` bytes that arrive within `patience`. False if nothing arrives, or the other side has closed.
-  bool read(std::size_t most = 65536, std::chrono::milliseconds patience = kPatience);
+  /// Reads up to `most` bytes that arrive within `timeout`. False if nothing arrives, or the other side has closed.
+  bool read(std::size_t most = 65536, std::chrono::milliseconds timeout = kTimeout);
   std::size_t bytes_read() const { return bytes_read_; }
   void close();
   /// Images by name, after all complete packets.
@@ -61,7 +61,7 @@ class TevListener {
   /// Listens again after a stop.
   void listen() const;
   /// Whether a connection waits to be accepted.
-  bool called(std::chrono::milliseconds patience) const;
+  bool called(std::chrono::milliseconds timeout) const;
   /// Accepts the next connection.
   TevWindow accept() const;
 

@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int kPatienceMs = 20;  ///< between two calls of may_continue
+constexpr int kTimeoutMs = 20;  ///< between two calls of may_continue
 constexpr std::size_t kPartBytes = std::size_t{1} << 20;
 
 }  // namespace
@@ -32,7 +32,7 @@ Status ReaderSocket::wait(short events) const {
       LM_RETURN_IF_ERROR(may_continue_());
     }
     pollfd ready{socket_.number(), events, 0};
-    const int polled = ::poll(&ready, 1, may_continue_ ? kPatienceMs : -1);
+    const int polled = ::poll(&ready, 1, may_continue_ ? kTimeoutMs : -1);
     if (polled > 0) {
       return ok_status();
     }

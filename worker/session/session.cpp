@@ -1,6 +1,8 @@
 // Leases, jobs, tiles and results of the worker's session.
 #include "worker/session/session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "common/base/check.h"
@@ -353,6 +355,7 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
     if (tile.lacks.empty()) {
       take_result(rendering, std::move(tile), now, actions);
     } else {
+      actions.push_back(LogNotice{fmt::format("{} cannot be rendered: {}", describe(rendering.key), tile.lacks)});
       refuse(rendering.key.job, {std::move(tile.lacks), true}, actions);
     }
   }

@@ -11,7 +11,7 @@ namespace lightmill {
 namespace {
 
 /// Time for the last messages to be written.
-constexpr Duration kExitPatience = std::chrono::seconds(2);
+constexpr Duration kExitTimeout = std::chrono::seconds(2);
 /// Longest jitter. It spreads the reconnects of workers that lost the same coordinator.
 constexpr Duration kMaxJitter = std::chrono::milliseconds(500);
 constexpr Duration kJitterStep = std::chrono::milliseconds(10);
@@ -240,7 +240,7 @@ void WorkerLoop::perform(const LogNotice& action) {
 
 void WorkerLoop::perform(const Exit& action) {
   exit_ = action;
-  exit_by_ = clock_.now() + (session_.status().connected ? kExitPatience : Duration::zero());
+  exit_by_ = clock_.now() + (session_.status().connected ? kExitTimeout : Duration::zero());
   open_at_.reset();
   link_.close();
 }
@@ -267,7 +267,6 @@ void WorkerLoop::job_prepared(const JobDescription& description, const Result<Pr
 
 void WorkerLoop::tile_rendered(RenderedTile tile, Time now) {
   if (!tile.lacks.empty()) {
-    spdlog::error("a tile cannot be rendered: {}", tile.lacks);
     preparer_.drop_caches();
   }
   session_.tile_rendered(std::move(tile), now, actions_);

@@ -71,7 +71,7 @@ json facts_json(const SceneFacts& facts) {
           {"absorption", facts.absorption},
           {"scattering", facts.scattering},
           {"textures", facts.textures},
-          {"holdouts", facts.holdouts},
+          {"shadow_catchers", facts.shadow_catchers},
           {"lens", facts.lens},
           {"largest_albedo", facts.largest_albedo},
           {"lossless", facts.lossless}};

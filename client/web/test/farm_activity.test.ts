@@ -66,7 +66,7 @@ test("a worker's series has its speed, and a gap while it was away", () => {
       minutes: [
         {unixMs: 60_000n, seconds: 30, results: 3n, pixelSamples: 600},
         {unixMs: 120_000n},
-        {unixMs: 180_000n, seconds: 60, results: 2n, unitsLost: 1n, pixelSamples: 60},
+        {unixMs: 180_000n, seconds: 60, results: 2n, leasesLost: 1n, pixelSamples: 60},
       ],
     }),
   );

@@ -21,7 +21,7 @@ const kJson = {
     {name: 'gold', conductor: {eta: rgb(0.1, 0.4, 1.5), k: rgb(4, 2.4, 1.6), roughness: 0.3}},
     {name: 'paint', principled: {baseColor: rgb(0.8, 0.1, 0.1), metallic: 0.5, ior: 1.4}, priority: 2},
     {name: 'worn', mixture: {first: {mirror: {reflectance: rgb(0.9, 0.8, 0.7)}}, second: {mixture: {first: {diffuse: {reflectance: rgb(0.1, 0.2, 0.3)}}, second: {phong: {exponent: 7}}}}, factor: 0.25}},
-    {name: 'catcher', holdout: {}},
+    {name: 'catcher', shadow_catcher: {}},
     {name: 'lamp', diffuse: {reflectance: rgb(0, 0, 0)}, emission: rgb(17, 12, 4), lightGroup: 'key'},
     {name: 'bulb', diffuse: {reflectance: rgb(0, 0, 0)}, emissionFlux: rgb(10, 10, 10), twoSidedEmission: true},
   ],

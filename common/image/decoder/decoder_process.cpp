@@ -63,12 +63,12 @@ Status check_mesh_reply(const DecodeReply& reply, const MeshRequest& request) {
 /// Input from the decoder: pixels or arrays through a pipe, and replies over its socket.
 struct FromDecoder {
   int pipe = -1, socket = -1;
-  std::chrono::milliseconds patience{0};  ///< the longest wait for data
+  std::chrono::milliseconds timeout{0};  ///< the longest wait for data
 
   /// Waits until there is something to read. False if the socket was shut first.
   bool wait_for(int descriptor) const {
     std::array<pollfd, 2> ready{pollfd{descriptor, POLLIN, 0}, pollfd{socket, POLLRDHUP, 0}};
-    while (::poll(ready.data(), ready.size(), static_cast<int>(patience.count())) < 0 && errno == EINTR) {
+    while (::poll(ready.data(), ready.size(), static_cast<int>(timeout.count())) < 0 && errno == EINTR) {
     }
     return ready[0].revents != 0;
   }
@@ -170,7 +170,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, co
   const Time end = clock.now() + time_limit;
   const auto waits = [&] {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - clock.now());
-    return FromDecoder{.patience = std::max(left, std::chrono::milliseconds(0))}.wait_for(output.number());
+    return FromDecoder{.timeout = std::max(left, std::chrono::milliseconds(0))}.wait_for(output.number());
   };
   std::string text;
   std::array<char, 256> part{};

@@ -57,9 +57,11 @@ class PathEstimator : public tracer::EstimatorBase {
     return bsdf_sampling_weight(in, scene_.lights().distant_pdf_solid_angle(in.origin, sky, in.direction, lanes));
   }
 
-  // Body: the path has met a light that is no surface.
-  F8 body_weight(const Path& in, std::uint32_t body, const LightTable::BodyHit8& met, std::uint32_t /*bounce*/) const {
-    return bsdf_sampling_weight(in, scene_.lights().body_pdf_solid_angle(body, in.origin, in.direction, met, met.hit));
+  // The path has met an intersectable light.
+  F8 light_hit_weight(const Path& in, std::uint32_t light_index, const LightTable::LightHit8& met,
+                      std::uint32_t /*bounce*/) const {
+    return bsdf_sampling_weight(
+        in, scene_.lights().hit_pdf_solid_angle(light_index, in.origin, in.direction, met, met.hit));
   }
 
   // Surface: next-event estimation and BSDF sampling. The path continues with throughput · f · |cosθ| / p. Russian

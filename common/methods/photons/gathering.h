@@ -176,7 +176,7 @@ class GatherEstimator : public path::PathEstimator {
     out.path_length = path_length(vertex);
   }
 
-  /// Adds the light of the photons near vertices at the first receiver. Holdouts receive none.
+  /// Adds the light of the photons near vertices at the first receiver. Shadow catchers receive none.
   template <class Bsdf>
   void gather(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     if constexpr (!requires { Bsdf::kEndsPaths; }) {

@@ -199,7 +199,7 @@ class PhotonTracer {
   void scatter_from(const Vertex8& vertex, const V8& wi, M8 lanes) {
     for_each_kind(scene_.materials(), vertex.surface, lanes, [&](MaterialKind kind, M8 of_kind) {
       visit_bsdf(scene_, kind, vertex.surface, vertex.arrival.crossing, wi, of_kind, [&](const auto& bsdf, M8 there) {
-        if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(bsdf)>, HoldoutSurface>) {
+        if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(bsdf)>, ShadowCatcherSurface>) {
           scatter(vertex, bsdf, wi, there);
         }
       });

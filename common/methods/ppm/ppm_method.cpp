@@ -4,7 +4,8 @@
 // of receivers, to the first receiver. There a density estimate gathers photons within a radius that shrinks from pass
 // to pass. One sample takes one photon pass.
 //
-// The picture depends on next-event estimation only at rough casters and holdouts, so `ppm` checks the other methods.
+// The picture depends on next-event estimation only at rough casters and shadow catchers, so `ppm` checks the other
+// methods.
 //
 // Parameters
 //   photons=N         photons per pass (default: one for 16 pixels of the film, from 4096 to 65536)
@@ -36,8 +37,8 @@ class PpmEstimator : public photons::GatherEstimator {
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     // Photons.
     gather(tracer, vertex, bsdf, wo, lanes);
-    // Next-event estimation: at casters, which store no photons, and at holdouts, which compare irradiance from lights
-    // only.
+    // Next-event estimation: at casters, which store no photons, and at shadow catchers, which compare irradiance from
+    // lights only.
     if constexpr (requires { Bsdf::kEndsPaths; }) {
       sample_lights(tracer, vertex, bsdf, wo, lanes);
     } else {

@@ -27,9 +27,9 @@ struct PreviewShader {
     const F8 cosine = abs(dot(direction, at.surface.geometric_normal));
     V8 value = masked(hit, materials.albedo(at.surface, hit)) +
                materials.emission(at.surface, cosine, materials.emits(at.surface, hit));
-    if (scene->features().holdouts) {
-      const M8 holdout = materials.is_kind(at.surface.material, MaterialKind::holdout, hit);
-      value = select(holdout, scene->lights().environment.radiance(direction), value);
+    if (scene->features().shadow_catchers) {
+      const M8 shadow_catcher = materials.is_kind(at.surface.material, MaterialKind::shadow_catcher, hit);
+      value = select(shadow_catcher, scene->lights().environment.radiance(direction), value);
     }
     if (scene->features().environment) {
       value = select(hit, value, scene->lights().environment.radiance(direction));

@@ -98,14 +98,14 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
       light = lit(vertex, bsdf, wo, lanes, counters);
       break;
     }
-    case MaterialKind::holdout:
-      return holdout(vertex, lanes, counters);
+    case MaterialKind::shadow_catcher:
+      return shadow_catcher(vertex, lanes, counters);
   }
   return light + masked(lanes, albedo * ambient_);
 }
 
 /// The background times irradiance with shadows over irradiance without shadows.
-V8 LocalShading::holdout(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
+V8 LocalShading::shadow_catcher(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
   LitVertex8 flat = vertex;
   static_cast<ShadingFrame8&>(flat) = ShadingFrame8(vertex.facing);
   const V8 wo = flat.wo(-vertex.direction);

@@ -42,7 +42,7 @@ class LocalShading {
 
  private:
   V8 scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
-  V8 holdout(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
+  V8 shadow_catcher(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
   enum class Shadows { cast, none };
   template <class Bsdf>
   V8 lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, RenderCounters& counters,

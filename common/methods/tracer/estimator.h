@@ -13,7 +13,7 @@ namespace lightmill::tracer {
 ///   Estimator(const CompiledScene&, const Shared&, std::uint64_t sample, std::uint64_t end, Workspace&)
 ///   F8 emission_weight(in, hits, point, cosine, bounce, lanes)     for paths that hit an emitter
 ///   F8 environment_weight(in, bounce, lanes)                       for paths that left the scene
-///   F8 body_weight(in, body, met, bounce)                          for paths that met a body (LightTable)
+///   F8 light_hit_weight(in, light_index, met, bounce)      for paths that met an intersectable light
 ///   void scatter(tracer, vertex, bsdf, wo, lanes)                  at surfaces whose BSDF has a density
 struct EstimatorBase {
   /// Photons bring all light of irradiance meters, so no path starts on one.

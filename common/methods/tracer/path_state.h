@@ -51,7 +51,7 @@ struct PathVertex8 : Vertex8 {
   [[no_unique_address]] typename Path::AtVertex at = {};
 };
 
-/// Marks paths that left a holdout. They count the light that they hit, and end there.
+/// Marks paths that left a shadow catcher. They count the light that they hit, and end there.
 inline constexpr float kEndedScale = std::numeric_limits<float>::infinity();
 inline M8 continues(const Path8& path) {
   return path.roulette_scale < F8(kEndedScale);

@@ -6,7 +6,7 @@
 // rays.
 #pragma once
 
-#include "common/materials/holdout.h"
+#include "common/materials/shadow_catcher.h"
 #include "common/methods/surface_bsdf.h"
 #include "common/methods/tracer/estimator.h"
 #include "common/methods/tracer/wavefront.h"
@@ -130,8 +130,8 @@ class Tracer : public Wavefront {
   void trace_segment(const Path& in, M8 lanes, std::uint32_t bounce) {
     const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(lanes, rays, in.slot);
-    if (!scene_.lights().bodies().empty()) {
-      add_bodies(in, lanes, bounce);
+    if (!scene_.lights().intersectable().empty()) {
+      add_intersectable_lights(in, lanes, bounce);
     }
     const Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
     if (scene_.features().opacity || scene_.features().media) {
@@ -191,7 +191,7 @@ class Tracer : public Wavefront {
       return;
     }
     M8 shaded = hits.hit;
-    if (scene_.features().holdouts) {
+    if (scene_.features().shadow_catchers) {
       shaded = shaded & continues(in);
       if (shaded.none()) {
         return;
@@ -219,26 +219,26 @@ class Tracer : public Wavefront {
     add_light(emitting, in.slot, light, bounce <= 1, group);
   }
 
-  /// Adds the light of bodies that paths meet. Not inlined, for the same reason.
-  [[gnu::noinline]] void add_bodies(const Path& in, M8 lanes, std::uint32_t bounce) {
+  /// Adds the radiance of intersectable lights that paths meet. Not inlined, for the same reason.
+  [[gnu::noinline]] void add_intersectable_lights(const Path& in, M8 lanes, std::uint32_t bounce) {
     const bool from_camera = bounce == 0 && meter_ == nullptr;
-    for (const std::uint32_t body : scene_.lights().bodies()) {
-      if (!from_camera || !scene_.lights().is_hidden_from_camera(body)) {
-        add_body(in, body, lanes, bounce);
+    for (const std::uint32_t light_index : scene_.lights().intersectable()) {
+      if (!from_camera || !scene_.lights().is_hidden_from_camera(light_index)) {
+        add_intersectable_light(in, light_index, lanes, bounce);
       }
     }
   }
 
-  void add_body(const Path& in, std::uint32_t body, M8 lanes, std::uint32_t bounce) {
+  void add_intersectable_light(const Path& in, std::uint32_t light_index, M8 lanes, std::uint32_t bounce) {
     if constexpr (requires { estimator_.found_by_photons(in); }) {
       lanes = and_not(lanes, estimator_.found_by_photons(in));
     }
-    const LightTable::BodyHit8 met = scene_.lights().meet(body, in.origin, in.direction, lanes);
+    const LightTable::LightHit8 met = scene_.lights().meet(light_index, in.origin, in.direction, lanes);
     if (met.hit.none()) {
       return;
     }
-    const V8 light = in.throughput * met.radiance * estimator_.body_weight(in, body, met, bounce);
-    add_unoccluded(in, met.hit, body, met.point, light, bounce);
+    const V8 light = in.throughput * met.radiance * estimator_.light_hit_weight(in, light_index, met, bounce);
+    add_unoccluded(in, met.hit, light_index, met.point, light, bounce);
   }
 
   /// Adds the environment's light for paths that left the scene.
@@ -265,8 +265,8 @@ class Tracer : public Wavefront {
     const V8 wo = vertex.wo(-vertex.in.direction);
     visit_bsdf(scene_, kind, vertex.surface, vertex.crossing, wo, lanes, [&](const auto& bsdf, M8 visible) {
       using Bsdf = std::remove_cvref_t<decltype(bsdf)>;
-      if constexpr (std::is_same_v<Bsdf, HoldoutSurface>) {
-        shade_holdout(vertex, visible);
+      if constexpr (std::is_same_v<Bsdf, ShadowCatcherSurface>) {
+        shade_shadow_catcher(vertex, visible);
       } else if constexpr (requires { bsdf.eval(wo, wo); }) {
         scatter(vertex, bsdf, wo, visible);
       } else {
@@ -282,7 +282,7 @@ class Tracer : public Wavefront {
   }
 
   /// Shading uses the geometric normal, so that actual and unoccluded light come over the same horizon.
-  void shade_holdout(const Vertex& vertex, M8 lanes) {
+  void shade_shadow_catcher(const Vertex& vertex, M8 lanes) {
     const V8 background = scene_.lights().environment.radiance(vertex.in.direction);
     const V8 unoccluded = scene_.unoccluded_irradiance(vertex.surface.point, vertex.facing, lanes);
     const auto unlit = [](F8 irradiance, F8 radiance) { return select(irradiance > F8(0.0f), F8(0.0f), radiance); };
@@ -293,7 +293,7 @@ class Tracer : public Wavefront {
     }
     const Vertex flat{{ShadingFrame8(vertex.facing), vertex.in, vertex.surface, vertex.bounce, vertex.crossing},
                       vertex.path};
-    scatter(flat, Holdout8::showing(background, unoccluded), flat.wo(-vertex.in.direction), lanes);
+    scatter(flat, ShadowCatcher8::showing(background, unoccluded), flat.wo(-vertex.in.direction), lanes);
   }
 
   void continue_specular(const Vertex& vertex, const BsdfSample8& sample, Path& out, M8 lanes) {

@@ -156,13 +156,13 @@ void Wavefront::trace_shadows(std::uint32_t bounce) {
   ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());
 }
 
-void Wavefront::add_unoccluded(const Path8& in, M8 lanes, std::uint32_t body, const V8& point, const V8& light,
+void Wavefront::add_unoccluded(const Path8& in, M8 lanes, std::uint32_t light_index, const V8& point, const V8& light,
                                std::uint32_t bounce) {
   const Shadow8 way{in.origin, point - in.origin, light, in.slot, in.media};
   const Ray8 rays{way.origin, way.direction, F8(1.0f)};
   const M8 blocked = scene_.accel().occluded(lanes, rays);
   ws_.counters.shadow_rays += static_cast<std::uint64_t>(lanes.count());
-  const U8 group = channels_.separates_lights() ? scene_.lights().group(U8(body), lanes) : U8(0u);
+  const U8 group = channels_.separates_lights() ? scene_.lights().group(U8(light_index), lanes) : U8(0u);
   if (scene_.features().media) {
     add_light(lanes, in.slot, light * shadow_transmittance(way, lanes, blocked), bounce <= 1, group);
   } else if (scene_.features().opacity) {

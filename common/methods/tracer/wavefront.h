@@ -72,8 +72,8 @@ class Wavefront {
   void push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,
                     const Media8& media);
   void trace_shadows(std::uint32_t bounce);
-  /// Adds the light of a body that paths meet at `point`, where no surface is before it.
-  void add_unoccluded(const Path8& in, M8 lanes, std::uint32_t body, const V8& point, const V8& light,
+  /// Adds the radiance of an intersectable light that paths meet at `point`, where no surface is before it.
+  void add_unoccluded(const Path8& in, M8 lanes, std::uint32_t light_index, const V8& point, const V8& light,
                       std::uint32_t bounce);
 
  protected:

@@ -14,10 +14,10 @@ inline LightDensities8 light_densities(const CompiledScene& scene, const PhotonE
   const LightTable& lights = scene.lights();
   const auto below = [&](LightKind kind) { return lanes & signed_less(light, U8(lights.first(kind))); };
   const M8 near = below(LightKind::directional), known = below(LightKind::environment);
-  const M8 bodies = lights.are_bodies(light, known);
-  const M8 surfaces = below(LightKind::point) | (bodies & near);
-  const M8 points = and_not(near, surfaces), suns = and_not(and_not(known, near), bodies);
-  const M8 sky = and_not(and_not(lanes, known) | bodies, near);
+  const M8 intersectable = lights.are_intersectable(light, known);
+  const M8 surfaces = below(LightKind::point) | (intersectable & near);
+  const M8 points = and_not(near, surfaces), suns = and_not(and_not(known, near), intersectable);
+  const M8 sky = and_not(and_not(lanes, known) | intersectable, near);
   const F8 distance2 = length_squared(point - from);
   LightDensities8 out{F8(0.0f), F8(0.0f), select(surfaces, cosine, F8(1.0f)), points | suns};
   out.emission = emission.pdf(light, select(near, point, from), direction, cosine, lanes);

@@ -118,14 +118,15 @@ class VcmEstimator : public tracer::EstimatorBase {
                               lanes);
   }
 
-  // Body.
-  F8 body_weight(const Path& in, std::uint32_t body, const LightTable::BodyHit8& met, std::uint32_t bounce) const {
-    return found_light_weight(in, U8(body), met.point, met.cosine, bounce, met.hit);
+  // The path has met an intersectable light.
+  F8 light_hit_weight(const Path& in, std::uint32_t light_index, const LightTable::LightHit8& met,
+                      std::uint32_t bounce) const {
+    return found_light_weight(in, U8(light_index), met.point, met.cosine, bounce, met.hit);
   }
 
   template <class Tracer, class Bsdf>
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
-    // Merging and connection with light paths. Not at holdouts, which compare irradiance from lights only.
+    // Merging and connection with light paths. Not at shadow catchers, which compare irradiance from lights only.
     if constexpr (!requires { Bsdf::kEndsPaths; }) {
       if (vertex.bounce > 0 || !tracer.on_irradiance_meter()) {  // no light vertex lies on a meter
         merge(tracer, vertex, bsdf, wo, lanes);

@@ -51,7 +51,7 @@ class WhittedShader {
     for (const MaterialKind kind : scene.materials().kinds()) {
       may_be_smooth_ |= kind != MaterialKind::diffuse && kind != MaterialKind::rough_diffuse &&
                         kind != MaterialKind::diffuse_transmission && kind != MaterialKind::phong &&
-                        kind != MaterialKind::holdout;
+                        kind != MaterialKind::shadow_catcher;
     }
   }
 
@@ -138,7 +138,7 @@ class WhittedShader {
       case MaterialKind::rough_diffuse:
       case MaterialKind::diffuse_transmission:
       case MaterialKind::phong:
-      case MaterialKind::holdout:
+      case MaterialKind::shadow_catcher:
       case MaterialKind::mixture:
         break;
     }

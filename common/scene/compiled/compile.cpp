@@ -332,8 +332,8 @@ class SceneCompiler {
     out_->anisotropy_directions_ = AnisotropyDirections(rows);
     out_->features_.mixtures = out_->materials_.has_mixtures();
     out_->features_.environment = out_->lights_.environment.exists();
-    out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);
-    if (out_->features_.holdouts) {
+    out_->features_.shadow_catchers = out_->materials_.uses(MaterialKind::shadow_catcher);
+    if (out_->features_.shadow_catchers) {
       out_->unoccluded_ = UnoccludedIrradiance(out_->lights_);
     }
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {

@@ -47,7 +47,7 @@ struct SceneFeatures {
   bool emissive_surfaces = false;
   bool environment = false;  ///< rays that leave the scene find light
   bool media = false;        ///< paths must know which media they are in
-  bool holdouts = false;
+  bool shadow_catchers = false;
   bool opacity = false;      ///< surfaces that rays may pass
   bool normal_maps = false;  ///< some material has a normal map or bump map
   bool mixtures = false;     ///< surfaces need a number that draws a part of their mixture
@@ -108,7 +108,7 @@ class CompiledScene {
   const MeterTable& meters() const { return meters_; }
   /// light_groups_of the document. Groups have the numbers from 1 in this order. 0 is none.
   const std::vector<std::string>& light_groups() const { return light_groups_; }
-  /// The irradiance of holdouts without shadows, at points with these unit normals.
+  /// The irradiance of shadow catchers without shadows, at points with these unit normals.
   V8 unoccluded_irradiance(const V8& p, const V8& n, M8 lanes) const { return unoccluded_.at(lights_, p, n, lanes); }
   std::uint32_t environment_group() const { return environment_group_; }
   const FilterTable& filter() const { return *filter_; }

@@ -125,8 +125,8 @@ void MaterialTable::add(const Material& material, const std::array<std::uint32_t
                    const auto kind = smooth(m.roughness) ? MaterialKind::conductor : MaterialKind::rough_conductor;
                    return {kind, false, normal_reflectance(m)};
                  },
-                 [](const HoldoutMaterial&) -> Entry {
-                   return {MaterialKind::holdout, false, {0, 0, 0}};
+                 [](const ShadowCatcherMaterial&) -> Entry {
+                   return {MaterialKind::shadow_catcher, false, {0, 0, 0}};
                  },
                  [&](const PrincipledMaterial& m) -> Entry {
                    push(principled_.metallic, m.metallic);

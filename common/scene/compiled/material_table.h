@@ -30,7 +30,7 @@ enum class MaterialKind : std::uint32_t {
   rough_conductor,
   rough_dielectric,
   principled,
-  holdout,
+  shadow_catcher,
   rough_diffuse,
   diffuse_transmission,
   mixture,  ///< never of a surface: MaterialTable::drawn replaces it by a part

@@ -25,7 +25,7 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                             out.insert(out.end(), colors.begin(), colors.end());
                           }
                         },
-                        [](const OneOf<DielectricMaterial, ConductorMaterial, HoldoutMaterial> auto&) {}},
+                        [](const OneOf<DielectricMaterial, ConductorMaterial, ShadowCatcherMaterial> auto&) {}},
              material.kind);
   return out;
 }
@@ -54,27 +54,23 @@ std::optional<double> uniform_opacity(const Opacity& opacity) {
 }
 
 bool is_boundary(const Material& material) {
-  return std::visit(
-      Overloaded{
-          [](const DielectricMaterial&) { return true; },
-          [&](const PrincipledMaterial& m) {
-            return m.transmission > 0 && (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
-          },
-          [](const MixtureMaterial& m) { return is_boundary(*m.first) || is_boundary(*m.second); },
-          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
-            return false;
-          }},
-      material.kind);
+  return std::visit(Overloaded{[](const DielectricMaterial&) { return true; },
+                               [&](const PrincipledMaterial& m) {
+                                 return m.transmission > 0 &&
+                                        (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
+                               },
+                               [](const MixtureMaterial& m) { return is_boundary(*m.first) || is_boundary(*m.second); },
+                               [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
+                                              ShadowCatcherMaterial> auto&) { return false; }},
+                    material.kind);
 }
 
 double ior_of(const Material& material) {
   return std::visit(
-      Overloaded{
-          [](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
-          [](const MixtureMaterial& m) { return ior_of(is_boundary(*m.first) ? *m.first : *m.second); },
-          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
-            return 1.0;
-          }},
+      Overloaded{[](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
+                 [](const MixtureMaterial& m) { return ior_of(is_boundary(*m.first) ? *m.first : *m.second); },
+                 [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
+                                ShadowCatcherMaterial> auto&) { return 1.0; }},
       material.kind);
 }
 
@@ -82,7 +78,7 @@ const Anisotropy* anisotropy_of(const Material& material) {
   using None = const Anisotropy*;
   return std::visit(Overloaded{[](const OneOf<ConductorMaterial, PrincipledMaterial> auto& m) { return &m.anisotropy; },
                                [](const OneOf<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial,
-                                              HoldoutMaterial, MixtureMaterial> auto&) { return None(nullptr); }},
+                                              ShadowCatcherMaterial, MixtureMaterial> auto&) { return None(nullptr); }},
                     material.kind);
 }
 

@@ -139,7 +139,7 @@ struct PrincipledMaterial {
 };
 
 /// A surface that shows the environment behind it, darkened by the scene's shadows.
-struct HoldoutMaterial {};
+struct ShadowCatcherMaterial {};
 
 struct Material;
 /// A mixture of two materials, which may be mixtures. At each point of a path one of them is drawn: `second` with the
@@ -168,7 +168,7 @@ enum class EmissionUnit {
 struct Material {
   std::string name;
   std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, ConductorMaterial,
-               PrincipledMaterial, HoldoutMaterial, MixtureMaterial>
+               PrincipledMaterial, ShadowCatcherMaterial, MixtureMaterial>
       kind;
   TexturedColor emission;           ///< zero if the material does not emit
   bool two_sided_emission = false;  ///< if false, only on the side of the geometric normal
@@ -180,7 +180,7 @@ struct Material {
   ScalarMap metallic_map = {};     ///< multiplies `metallic` of principled materials
   std::string light_group = {};    ///< of the emission; empty: none
   Opacity opacity = {};            ///< also of the emission; not of materials that light enters (is_boundary)
-  NormalMap normal_map = {};       ///< of all kinds but holdouts
+  NormalMap normal_map = {};       ///< of all kinds but shadow catchers
   BumpMap bump_map = {};           ///< instead of a normal map
   bool single_scattering = false;  ///< rough surfaces lose the light that meets several facets
 };

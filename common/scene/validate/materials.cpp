@@ -91,8 +91,9 @@ Status check_maps(const std::string& path, const Material& material) {
   if (normals && bumps) {
     return invalid_argument("{}.bump_map: give either a normal map or a bump map", path);
   }
-  if ((normals || bumps) && std::holds_alternative<HoldoutMaterial>(material.kind)) {
-    return invalid_argument("{}.{}: a holdout has no shading normals", path, normals ? "normal_map" : "bump_map");
+  if ((normals || bumps) && std::holds_alternative<ShadowCatcherMaterial>(material.kind)) {
+    return invalid_argument("{}.{}: a shadow catcher has no shading normals", path,
+                            normals ? "normal_map" : "bump_map");
   }
   constexpr double kMaxScale = 1e6;
   LM_RETURN_IF_ERROR(check_range(path + ".normal_map.scale", material.normal_map.scale, -kMaxScale, kMaxScale));
@@ -117,8 +118,8 @@ Status check_surface(const std::string& path, const Material& material);
 
 /// A part of a mixture, which may be one.
 Status check_part(const std::string& path, const Material& part) {
-  if (std::holds_alternative<HoldoutMaterial>(part.kind)) {
-    return invalid_argument("{}: a holdout cannot be part of a mixture", path);
+  if (std::holds_alternative<ShadowCatcherMaterial>(part.kind)) {
+    return invalid_argument("{}: a shadow catcher cannot be part of a mixture", path);
   }
   return check_surface(path, part);
 }
@@ -154,10 +155,10 @@ Status check_surface(const std::string& path, const Material& material) {
           [&](const PhongMaterial& m) { return check_phong(path + ".phong", m); },
           [&](const ConductorMaterial& m) { return check_conductor(path + ".conductor", m); },
           [&](const PrincipledMaterial& m) { return check_principled(path + ".principled", m); },
-          [&](const HoldoutMaterial&) {
+          [&](const ShadowCatcherMaterial&) {
             return material.emission == TexturedColor{}
                        ? ok_status()
-                       : invalid_argument("{}.emission: a holdout cannot emit light", path);
+                       : invalid_argument("{}.emission: a shadow catcher cannot emit light", path);
           },
           [&](const MixtureMaterial& m) { return check_mixture(path + ".mixture", m); }},
       material.kind));

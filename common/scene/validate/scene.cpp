@@ -24,21 +24,21 @@ Status check_planes(const Scene& scene) {
   return ok_status();
 }
 
-/// Holdouts compare light with and without shadows. Light without shadows is known only for lights that are sampled.
-/// Its formula holds only for Lambertian ones.
-Status check_holdouts(const Scene& scene) {
-  const auto holdout = std::ranges::find_if(scene.objects, [&](const Object& object) {
-    return std::holds_alternative<HoldoutMaterial>(scene.materials[object.material].kind);
+/// Shadow catchers compare light with and without shadows. Light without shadows is known only for lights that are
+/// sampled. Its formula holds only for Lambertian ones.
+Status check_shadow_catchers(const Scene& scene) {
+  const auto catcher = std::ranges::find_if(scene.objects, [&](const Object& object) {
+    return std::holds_alternative<ShadowCatcherMaterial>(scene.materials[object.material].kind);
   });
-  if (holdout == scene.objects.end()) {
+  if (catcher == scene.objects.end()) {
     return ok_status();
   }
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const auto* const disk = std::get_if<DiskLight>(&scene.lights[i].kind);
     if (disk != nullptr && disk->spread_degrees != 180) {
       return invalid_argument(
-          "lights[{}].{}.spread_degrees: must be 180 in a scene with a holdout (objects[{}]), got {}", i,
-          disk->kind_name(), holdout - scene.objects.begin(), disk->spread_degrees);
+          "lights[{}].{}.spread_degrees: must be 180 in a scene with a shadow catcher (objects[{}]), got {}", i,
+          disk->kind_name(), catcher - scene.objects.begin(), disk->spread_degrees);
     }
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -49,9 +49,9 @@ Status check_holdouts(const Scene& scene) {
     }
     const auto refused = [&](std::string_view field, std::string_view what) {
       return invalid_argument(
-          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which is not possible in a scene with a holdout "
+          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which is not possible in a scene with a shadow catcher "
           "(objects[{}])",
-          object.material, field, printable(material.name), i, what, holdout - scene.objects.begin());
+          object.material, field, printable(material.name), i, what, catcher - scene.objects.begin());
     };
     if (material.emission.texture != kNoTexture) {
       return refused(".emission", "with a texture");
@@ -107,7 +107,7 @@ Status validate(const Scene& scene) {
   }
   LM_RETURN_IF_ERROR(check_lights(scene.lights));
   LM_RETURN_IF_ERROR(check_planes(scene));
-  LM_RETURN_IF_ERROR(check_holdouts(scene));
+  LM_RETURN_IF_ERROR(check_shadow_catchers(scene));
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     LM_RETURN_IF_ERROR(check_group(fmt::format("lights[{}].group", i), scene.lights[i].group));
   }

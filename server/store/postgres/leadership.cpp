@@ -16,9 +16,9 @@ namespace lightmill::postgres {
 namespace {
 
 /// Time limit of calls for the lease. At worst, a lease expires meanwhile.
-constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
+constexpr auto kLeaseCallTimeout = std::chrono::milliseconds(2'000);
 /// Time limit of a statement that copies all pixels.
-constexpr auto kMigrationPatience = std::chrono::hours(6);
+constexpr auto kMigrationTimeout = std::chrono::hours(6);
 /// Pause between two checks of a standby coordinator.
 constexpr auto kCheckPause = std::chrono::milliseconds(300);
 /// A coordinator is gone if it has no connection in this number of checks in a row. In fewer checks, the database may
@@ -84,14 +84,14 @@ Status prepare_tables(Session& session, const Target& target, bool read_only) {
   if (format == kFormat) {
     return ok_status();
   }
-  Session patient(target, {}, kMigrationPatience);
-  return migrate(patient, static_cast<int>(format));
+  Session session(target, {}, kMigrationTimeout);
+  return migrate(session, static_cast<int>(format));
 }
 
 }  // namespace
 
 Leadership::Leadership(Options options)
-    : options_(std::move(options)), instance_(random_instance()), session_(target(), {}, kLeaseCallPatience) {}
+    : options_(std::move(options)), instance_(random_instance()), session_(target(), {}, kLeaseCallTimeout) {}
 
 Target Leadership::target() const {
   return {options_.url, "lightmill-server " + instance_};
@@ -224,7 +224,7 @@ Status Leadership::record_commit(std::uint64_t number, std::uint64_t highest_job
 }
 
 Status Leadership::take_again() {
-  Session session(target(), {}, kLeaseCallPatience);
+  Session session(target(), {}, kLeaseCallTimeout);
   LM_ASSIGN_OR_RETURN(const std::string holder, try_to_take(session));
   return explain(holder.empty() ? ok_status() : failed_precondition("{} has the lease", holder));
 }

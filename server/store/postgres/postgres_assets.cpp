@@ -11,7 +11,7 @@ namespace lightmill::postgres {
 namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
-constexpr auto kAssetCallPatience = std::chrono::seconds(30);
+constexpr auto kAssetCallTimeout = std::chrono::seconds(30);
 /// Connections at most. Uploads and downloads share them.
 constexpr std::size_t kMaxSessions = 4;
 constexpr int kMaxTries = 3;
@@ -29,7 +29,7 @@ class SessionPool {
     }
     ++lent_;
     if (idle_.empty()) {
-      return std::make_unique<Session>(target_, std::span<const char* const>(), kAssetCallPatience);
+      return std::make_unique<Session>(target_, std::span<const char* const>(), kAssetCallTimeout);
     }
     std::unique_ptr<Session> session = std::move(idle_.back());
     idle_.pop_back();
@@ -374,7 +374,7 @@ void PostgresAssets::forget(const Reader& damaged) {
 }  // namespace
 
 Result<std::unique_ptr<AssetStore>> open_postgres_assets(std::shared_ptr<Leadership> leadership, AssetLimits limits) {
-  Session session(leadership->target(), {}, kAssetCallPatience);
+  Session session(leadership->target(), {}, kAssetCallTimeout);
   LM_RETURN_IF_ERROR(
       session
           .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE digest IS NULL",

@@ -18,7 +18,7 @@ using postgres::Leadership;
 using postgres::Session;
 
 /// One statement deletes a job, and takes a while for a large film.
-constexpr auto kCommitPatience = std::chrono::minutes(5);
+constexpr auto kCommitTimeout = std::chrono::minutes(5);
 
 std::uint64_t highest_job_in(std::span<const StoreOp> ops) {
   std::uint64_t highest = 0;
@@ -81,7 +81,7 @@ class PostgresStore final : public Store {
  public:
   explicit PostgresStore(std::shared_ptr<Leadership> leadership)
       : leadership_(std::move(leadership)),
-        session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
+        session_(leadership_->target(), postgres::commit_statements(), kCommitTimeout) {}
 
   /// Reads the summary. Call it once, before everything else.
   Status open();

@@ -97,8 +97,8 @@ Result<std::string> Target::describe() const {
 
 // ---- the connection ----
 
-Session::Session(Target target, std::span<const char* const> statements, std::chrono::milliseconds patience)
-    : target_(std::move(target)), statements_(statements), patience_(patience) {
+Session::Session(Target target, std::span<const char* const> statements, std::chrono::milliseconds timeout)
+    : target_(std::move(target)), statements_(statements), timeout_(timeout) {
   const Result<std::string> place = target_.describe();
   place_ = place.ok() ? *place : "PostgreSQL";
 }
@@ -198,12 +198,12 @@ Status Session::flush() {
       return lost("the connection is lost");
     }
     pollfd socket{PQsocket(connection_), POLLIN | POLLOUT, 0};
-    const int ready = ::poll(&socket, 1, static_cast<int>(patience_.count()));
+    const int ready = ::poll(&socket, 1, static_cast<int>(timeout_.count()));
     if (ready < 0 && errno == EINTR) {
       continue;
     }
     if (ready <= 0) {
-      return lost(fmt::format("has accepted no data for {} s", patience_.count() / 1000));
+      return lost(fmt::format("has accepted no data for {} s", timeout_.count() / 1000));
     }
     if ((socket.revents & ~POLLOUT) != 0 && PQconsumeInput(connection_) == 0) {
       return lost("the connection is lost");
@@ -214,12 +214,12 @@ Status Session::flush() {
 Result<PGresult*> Session::next_result() {
   while (PQisBusy(connection_) != 0) {
     pollfd socket{PQsocket(connection_), POLLIN, 0};
-    const int ready = ::poll(&socket, 1, static_cast<int>(patience_.count()));
+    const int ready = ::poll(&socket, 1, static_cast<int>(timeout_.count()));
     if (ready < 0 && errno == EINTR) {
       continue;
     }
     if (ready <= 0) {
-      return lost(fmt::format("no answer for {} s", patience_.count() / 1000));
+      return lost(fmt::format("no answer for {} s", timeout_.count() / 1000));
     }
     if (PQconsumeInput(connection_) == 0) {
       return lost("the connection is lost");

@@ -32,8 +32,8 @@ struct Target {
 /// for a full disk, PERMISSION_DENIED, DATA_LOSS for damage, otherwise INTERNAL. The message names the database.
 class Session final : public stored::RowSource {
  public:
-  /// Prepares `statements` for batches. A server that is silent for `patience` during a call counts as dead.
-  Session(Target target, std::span<const char* const> statements, std::chrono::milliseconds patience);
+  /// Prepares `statements` for batches. A server that is silent for `timeout` during a call counts as dead.
+  Session(Target target, std::span<const char* const> statements, std::chrono::milliseconds timeout);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -78,7 +78,7 @@ class Session final : public stored::RowSource {
 
   const Target target_;
   const std::span<const char* const> statements_;
-  const std::chrono::milliseconds patience_;
+  const std::chrono::milliseconds timeout_;
   std::string place_;
   pg_conn* connection_ = nullptr;
   std::string last_state_;

@@ -78,7 +78,7 @@ TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfADiskIsItsFormFactor) {
+TEST(UnoccludedIrradiance, ADiskGivesItsFormFactor) {
   // E/(πL) = r²/(r² + h²) on the axis. Perpendicular to it, at distance h, (1/π)(atan(1/s) − s/(1 + s²)) with s = h/r.
   for (const double h : {0.3, 1.0, 7.0}) {
     LightTable table;
@@ -91,7 +91,7 @@ TEST(UnoccludedIrradiance, OfADiskIsItsFormFactor) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfARectangleIsItsFormFactor) {
+TEST(UnoccludedIrradiance, ARectangleGivesItsFormFactor) {
   // Each quarter has a corner above the point: E/(πL) = 4/(2π) (a/√(1 + a²) atan(b/√(1 + a²)) + the same of (b, a)).
   LightTable table;
   table.disks.add({{0, 0, 0}, {2, 0, 0}, {0, 0.5f, 0}, {1, 1, 1}, M_PI, true});

@@ -47,7 +47,7 @@ TEST(Mixtures, RoomsHaveTheRadianceOfTheMeanAlbedo) {
   }
 }
 
-TEST(Mixtures, OfGlassAndWhiteAreInvisibleInUniformLight) {
+TEST(Mixtures, GlassAndWhiteAreInvisibleInUniformLight) {
   const std::string white = part("diffuse", 1),
                     metal = R"("conductor": {"eta": {"rgb": [1, 1, 1]}, "k": {"rgb": [1000, 1000, 1000]}})";
   for (const std::string& kind :
@@ -97,7 +97,7 @@ TEST(Mixtures, AllMethodsAgreeOnCausticsOfHalfMirrorsAndHalfGlass) {
   }
 }
 
-TEST(Mixtures, RefuseHoldoutsTwoIndicesAndTooManyParts) {
+TEST(Mixtures, RefuseShadowCatchersTwoIndicesAndTooManyParts) {
   const auto why = [](const std::string& kind) {
     return refusal(document(R"("eye": [0, 1, 0], "look_at": [0, 0, 0], "up": [1, 0, 0])", 1, 8, named("floor", kind),
                             sphere("floor", "[0, 0, 0]", 1)));
@@ -105,7 +105,8 @@ TEST(Mixtures, RefuseHoldoutsTwoIndicesAndTooManyParts) {
   const std::string grey = part("diffuse", 0.5);
   EXPECT_NE(why(mixture(R"("dielectric": {})", R"("dielectric": {"ior": 1.3})", 0.5)).find("got 1.5 and 1.3"),
             std::string::npos);
-  EXPECT_NE(why(mixture(R"("holdout": {})", grey, 0.5)).find("mixture.first: a holdout"), std::string::npos);
+  EXPECT_NE(why(mixture(R"("shadow_catcher": {})", grey, 0.5)).find("mixture.first: a shadow catcher"),
+            std::string::npos);
   EXPECT_NE(why(mixture(grey, grey, 1.5)).find("mixture.factor"), std::string::npos);
   EXPECT_NE(why(mixture(grey + R"(, "name": "inner")", grey, 0.5)).find("a part of a mixture has only"),
             std::string::npos);

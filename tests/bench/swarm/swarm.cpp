@@ -344,9 +344,9 @@ void Swarm::run(const std::stop_token& stop) {
       members.back()->start(now);
       agenda.put(*members.back(), now);
     }
-    const Duration patience =
+    const Duration timeout =
         members.size() < options_.workers ? std::chrono::milliseconds(1) : std::chrono::milliseconds(100);
-    for (const Inbox::Event& event : inbox_->take(std::min(agenda.next(), now + patience))) {
+    for (const Inbox::Event& event : inbox_->take(std::min(agenda.next(), now + timeout))) {
       event(clock.now());
     }
     now = clock.now();

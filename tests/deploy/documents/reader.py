@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from patience import PATIENCE_S, wait_until
+from waiting import TIMEOUT_S, wait_until
 from processes import FAULTS
 
 # Two commands for exceptions.py, and the environment that the last command has left.
@@ -65,10 +65,10 @@ class Reader:
     def run(self, command):
         run = self.bash(f"{command}\ncode=$?; export -p >~/environment; exit $code", stdout=subprocess.PIPE)
         try:
-            output, _ = run.communicate(timeout=PATIENCE_S)
+            output, _ = run.communicate(timeout=TIMEOUT_S)
         except subprocess.TimeoutExpired:
             run.kill()
-            raise Failure(f"{command}: it does not end within {PATIENCE_S} s") from None
+            raise Failure(f"{command}: it does not end within {TIMEOUT_S} s") from None
         self.judge(command, output, run.returncode, [0])
 
     def look(self, command, output):
@@ -80,7 +80,7 @@ class Reader:
         try:
             wait_until(command, lambda: run.poll() is not None or shown.exists() and shown.stat().st_size)
             run.send_signal(signal.SIGINT)
-            run.wait(PATIENCE_S)
+            run.wait(TIMEOUT_S)
         finally:
             run.kill()
         self.judge(command, screen.read_text(), run.returncode, [0, 130])
@@ -111,14 +111,14 @@ class Reader:
         programs, self.programs = self.programs[::-1], []
         for _, run, _ in programs:
             run.terminate()
-            run.wait(PATIENCE_S)
+            run.wait(TIMEOUT_S)
         for command, run, log in programs:
             self.judge(command, log.read_text(), run.returncode, [0])
 
     def kill(self):
         for _, run, _ in self.programs:
             run.kill()
-            run.wait(PATIENCE_S)
+            run.wait(TIMEOUT_S)
 
     def judge(self, command, output, code, codes):
         if code not in codes or "unknown" in output.lower() or any(fault in output for fault in FAULTS):

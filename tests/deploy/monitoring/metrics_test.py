@@ -18,7 +18,7 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from patience import PATIENCE_S, wait_until
+from waiting import TIMEOUT_S, wait_until
 from processes import BackgroundProgram
 
 BUILD = pathlib.Path(sys.argv.pop()).absolute()
@@ -73,7 +73,7 @@ class MetricsTest(unittest.TestCase):
     @classmethod
     def read(cls):
         """{(name, labels): value} of all samples, and the families."""
-        with urllib.request.urlopen(f"{cls.address}/metrics", timeout=PATIENCE_S) as answer:
+        with urllib.request.urlopen(f"{cls.address}/metrics", timeout=TIMEOUT_S) as answer:
             cls.content_type = answer.headers["Content-Type"]
             families = list(text_string_to_metric_families(answer.read().decode()))
         cls.families = families
@@ -97,7 +97,7 @@ class MetricsTest(unittest.TestCase):
         self.assertEqual(self.value("lightmill_pixel_samples_total"), SIDE * SIDE * SAMPLES)
         merged = self.job["counters"]["results_merged"]
         self.assertEqual(self.value("lightmill_results_total", outcome="merged"), merged)
-        self.assertGreaterEqual(self.value("lightmill_units_leased_total"), merged, "of one tile each")
+        self.assertGreaterEqual(self.value("lightmill_leases_granted_total"), merged, "of one tile each")
         self.assertGreaterEqual(self.value("lightmill_received_bytes_total", what="results"), merged * TILE_BYTES)
         self.assertEqual(self.value("lightmill_first_picture_seconds_count"), 1)
         took = (self.job["finished_unix_ms"] - self.job["submitted_unix_ms"]) / 1000
@@ -115,7 +115,7 @@ class MetricsTest(unittest.TestCase):
         self.assertEqual(self.value("lightmill_worker_threads"), 1)
         self.assertEqual(self.value("lightmill_wanted_workers"), 0)
         self.assertEqual(self.value("lightmill_queue_pixel_samples"), 0)
-        self.assertEqual(self.value("lightmill_units_out"), 0)
+        self.assertEqual(self.value("lightmill_leases"), 0)
         self.assertEqual(self.value("lightmill_storing"), 1)
         self.assertEqual(self.before["lightmill_workers", (("state", "idle"),)], 0, "before there was one")
         self.assertGreater(self.value("process_open_fds"), 3)
@@ -141,7 +141,7 @@ class MetricsTest(unittest.TestCase):
         self.assertGreater(now["lightmill_queue_pixel_samples", ()], SIDE * SIDE * 9_000_000)
         self.assertEqual(now["lightmill_jobs", (("state", "running"),)], 1)
         self.assertGreaterEqual(now["lightmill_wanted_workers", ()], 1)
-        self.assertGreaterEqual(now["lightmill_units_out", ()], 1)
+        self.assertGreaterEqual(now["lightmill_leases", ()], 1)
         self.lightmill("delete", job, "--cancel")
         wait_until("nothing waits", lambda: self.read()["lightmill_queue_pixel_samples", ()] == 0)
 
@@ -167,7 +167,7 @@ class MetricsTest(unittest.TestCase):
         for command in (["check", "rules", ALERTS, every], ["test", "rules", pathlib.Path(__file__).parent / "alerts_test.yml"]):
             run = subprocess.run(["promtool", *map(str, command)], capture_output=True, text=True, check=False)
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
-        with urllib.request.urlopen(f"{self.address}/metrics", timeout=PATIENCE_S) as answer:
+        with urllib.request.urlopen(f"{self.address}/metrics", timeout=TIMEOUT_S) as answer:
             run = subprocess.run(["promtool", "check", "metrics"], input=answer.read(), capture_output=True, check=False)
         self.assertEqual(run.returncode, 0, (run.stdout + run.stderr).decode())
 

@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from patience import wait_until
+from waiting import wait_until
 
 CONTROLLER = "ctl"
 NETWORK = "10.77.0"

@@ -17,7 +17,7 @@ import unittest
 from unittest import mock
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from patience import PATIENCE_S, wait_until
+from waiting import TIMEOUT_S, wait_until
 
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 SLURM = SOURCE / "deploy" / "slurm"
@@ -84,7 +84,7 @@ class Scripts(unittest.TestCase):
     def cancelled(self, process):
         """Signals all processes of a job, like Slurm."""
         os.killpg(process.pid, signal.SIGTERM)
-        return process.wait(PATIENCE_S)
+        return process.wait(TIMEOUT_S)
 
     def addresses(self):
         return {path.name: path.read_text().strip() for path in (self.farm / "coordinators").iterdir()}
@@ -120,12 +120,12 @@ class Scripts(unittest.TestCase):
     def test_a_coordinator_is_requeued_when_its_time_is_up(self):
         process = self.coordinator()
         process.send_signal(signal.SIGUSR1)
-        self.assertEqual(process.wait(PATIENCE_S), 0)
+        self.assertEqual(process.wait(TIMEOUT_S), 0)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def test_a_coordinator_that_cannot_start_ends(self):
         self.stand_in("lightmill-server", "exit 1")
-        run = subprocess.run(["bash", SLURM / "coordinator.sbatch"], check=False, timeout=PATIENCE_S,
+        run = subprocess.run(["bash", SLURM / "coordinator.sbatch"], check=False, timeout=TIMEOUT_S,
                              env={**self.environment, "SLURM_JOB_ID": "9", "SLURMD_NODENAME": "n1"})
         self.assertEqual(run.returncode, 1)
         self.assertEqual(len(self.called("lightmill-server")), 1)
@@ -148,7 +148,7 @@ class Scripts(unittest.TestCase):
         wait_until("the third sleep", lambda: self.called("sleep") == ["2", "4", "8"] and
                    stat.read_text().rpartition(")")[2].startswith(" S"))
         process.send_signal(signal.SIGUSR1)
-        self.assertEqual(process.wait(PATIENCE_S), 1)
+        self.assertEqual(process.wait(TIMEOUT_S), 1)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def started_worker(self, **more):
@@ -219,7 +219,7 @@ class Options(unittest.TestCase):
     def test_options_that_would_submit_forever_are_refused(self):
         script = str(SLURM / "worker.sbatch")
         for arguments in (["--name", "a,b", script], ["--name", "", script], [script, "--job-name=farm"], [script, "-J", "farm"],
-                          [script, "--array", "1-9"], ["--interval", "nan", script], ["--patience", "inf", script], [str(SLURM)]):
+                          [script, "--array", "1-9"], ["--interval", "nan", script], ["--scale-down-delay", "inf", script], [str(SLURM)]):
             with self.assertRaises(SystemExit) as ended, mock.patch("sys.stderr"):
                 autoscale.options_of(arguments)
             self.assertEqual(ended.exception.code, 2, arguments)
@@ -233,7 +233,7 @@ class Autoscale(unittest.TestCase):
         self.enterContext(mock.patch.object(autoscale, "output_of", self.slurm))
         self.enterContext(mock.patch.object(autoscale, "say", self.said.append))
         self.enterContext(mock.patch.dict(os.environ, {"LIGHTMILL_SERVER": "farm:7350"}))
-        options = argparse.Namespace(min=0, max=4, patience=120, name="lightmill-worker", lightmill="lightmill", script="w", sbatch=[])
+        options = argparse.Namespace(min=0, max=4, scale_down_delay=120, name="lightmill-worker", lightmill="lightmill", script="w", sbatch=[])
         self.scaler = autoscale.Scaler(options)
         self.now = 0
 

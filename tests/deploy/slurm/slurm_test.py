@@ -17,7 +17,7 @@ import tempfile
 import unittest
 
 from cluster import Cluster, CONTROLLER, KILL_WAIT, run, wait_until
-from patience import PATIENCE_S
+from waiting import TIMEOUT_S
 from postgres import start_postgres
 from processes import expect_no_fault
 
@@ -291,7 +291,7 @@ class SlurmTest(unittest.TestCase):
         self.asked.write_text("")
         script.write_text(f'#!/bin/sh\necho >>{self.asked}\nexec {BIN}/lightmill "$@"\n')
         script.chmod(0o755)
-        scaler = self.cluster.spawn(CONTROLLER, SLURM / "autoscale", "--interval", "0.5", "--patience", "4", "--lightmill", script,
+        scaler = self.cluster.spawn(CONTROLLER, SLURM / "autoscale", "--interval", "0.5", "--scale-down-delay", "4", "--lightmill", script,
                                     *options, SLURM / "worker.sbatch", "--cpus-per-task=1", output=log,
                                     environment=self.farm.environment)
         self.addCleanup(scaler.kill)
@@ -299,7 +299,7 @@ class SlurmTest(unittest.TestCase):
 
     def end_autoscale(self, scaler, log):
         scaler.send_signal(signal.SIGTERM)
-        self.assertEqual(scaler.wait(PATIENCE_S), 0, log.read_text())
+        self.assertEqual(scaler.wait(TIMEOUT_S), 0, log.read_text())
         self.assertIn("ends. Workers left running", log.read_text())
 
     @unittest.skipUnless(FULL, "takes minutes: --full")

@@ -203,8 +203,8 @@ class EndsAfterTheHandshake {
     address.sin_port = htons(port_.number());
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const int yes = 1;
-    const timeval patience{kPatience.count(), 0};
-    EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience), 0);
+    const timeval timeout{kTimeout.count(), 0};
+    EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout), 0);
     EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes), 0);
     EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     EXPECT_EQ(::listen(socket_, 1), 0);
@@ -244,14 +244,14 @@ TEST_F(SecureCliTest, TheFirstCallAfterARestartFindsTheCoordinator) {
   ASSERT_TRUE(caller.ok()) << caller.status().message();
   start_server(address, encrypted);
   cli::CoordinatorClient client(address, *caller);
-  EXPECT_TRUE(client.probe(kPatience).ok());
+  EXPECT_TRUE(client.probe(kTimeout).ok());
   server_->send(SIGKILL);
   server_->wait();
   for (int tries = 0; tries < 3; ++tries) {
-    EXPECT_EQ(client.probe(kPatience).code(), StatusCode::kUnavailable);
+    EXPECT_EQ(client.probe(kTimeout).code(), StatusCode::kUnavailable);
   }
   start_server(address, encrypted);
-  const Status back = client.probe(kPatience);
+  const Status back = client.probe(kTimeout);
   EXPECT_TRUE(back.ok()) << back.message();
 }
 

@@ -37,9 +37,9 @@ constexpr std::size_t kTileBytes = std::size_t{3} * kSide * kSide * sizeof(float
 /// Together with the kernel's buffer far smaller than the picture.
 constexpr int kSmallBuffer = 64 << 10;
 const TevPauses kQuick{milliseconds(100), milliseconds(300), seconds(20)};
-const TevPauses kPatient{milliseconds(100), milliseconds(300), std::chrono::hours(1)};
+const TevPauses kUnlimitedPauses{milliseconds(100), milliseconds(300), std::chrono::hours(1)};
 /// A wait this long counts as a wait for the whole hour.
-constexpr seconds kTimeLimit = test::kPatience;
+constexpr seconds kTimeLimit = test::kTimeout;
 
 /// All tiles of these rows, as the farm sends them for a job cropped at 100,200.
 v1::WatchJobResponse rows(int first, int last, float value) {
@@ -225,7 +225,7 @@ bool waits(pid_t thread) {
 
 TEST_F(TevViewerTest, AnInterruptionStopsTheLastPictureAtOnce) {
   const TevListener listener(0, kSmallBuffer);
-  start(listener.port(), kPatient);
+  start(listener.port(), kUnlimitedPauses);
   viewer_->update(rows(0, kRows - 1, 1));
   TevWindow window = listener.accept();
   EXPECT_TRUE(is_full(listener.port()));
@@ -242,7 +242,7 @@ TEST_F(TevViewerTest, AnInterruptionStopsTheLastPictureAtOnce) {
 
 TEST_F(TevViewerTest, DestructionDoesNotWaitForAStalledViewer) {
   const TevListener listener(0, kSmallBuffer);
-  start(listener.port(), kPatient);
+  start(listener.port(), kUnlimitedPauses);
   viewer_->update(rows(0, kRows - 1, 1));
   TevWindow window = listener.accept();
   EXPECT_TRUE(is_full(listener.port()));
@@ -307,7 +307,7 @@ TEST_F(TevViewerTest, AnUnansweredConnectionIsReportedOnce) {
 TEST_F(TevViewerTest, DestructionDoesNotWaitForAnAnswer) {
   const DeafPort deaf;
   const std::size_t others = deaf.knocking().size();
-  start(deaf.port(), kPatient);
+  start(deaf.port(), kUnlimitedPauses);
   ASSERT_TRUE(eventually([&] { return deaf.knocking().size() > others; }));
   const std::future<void> ended = ending();
   EXPECT_TRUE(is_ready(ended));

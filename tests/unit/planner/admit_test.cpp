@@ -223,8 +223,8 @@ TEST(Admit, NoMethodFindsSmallUnsampledEmitters) {
 TEST(Admit, NoLightIsMissedWithoutAReceiver) {
   EXPECT_TRUE(path_finds_all({kMirror, kGlass}, {kBulb}));
   EXPECT_TRUE(path_finds_all({kBlack, kGlass}, {kBulb}));
-  EXPECT_TRUE(path_finds_all({material("ground", HoldoutMaterial{}), kGlass}, {kBulb}))
-      << "holdouts receive no caustics";
+  EXPECT_TRUE(path_finds_all({material("ground", ShadowCatcherMaterial{}), kGlass}, {kBulb}))
+      << "shadow catchers receive no caustics";
   EXPECT_FALSE(path_finds_all({rough_glass(0.3), kMirror}, {kBulb})) << "rough glass is lit by the mirror";
 
   Scene metered = scene_of({kBlack, kGlass}, {kBulb});

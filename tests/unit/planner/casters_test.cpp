@@ -19,7 +19,7 @@ TEST(Casters, AreMirrorsGlassAndMetalWithNarrowLobes) {
   EXPECT_FALSE(is_caster(metal(edge * 1.01)));
   EXPECT_FALSE(is_caster(kWhite));
   EXPECT_FALSE(is_caster(material("phong", PhongMaterial{{0, 0, 0}, {1, 1, 1}, 1e6})));
-  EXPECT_FALSE(is_caster(material("holdout", HoldoutMaterial{})));
+  EXPECT_FALSE(is_caster(material("shadow_catcher", ShadowCatcherMaterial{})));
   EXPECT_EQ(narrow_lobes(material("black mirror", MirrorMaterial{{0, 0, 0}})), NarrowLobes::none);
 }
 
@@ -93,7 +93,7 @@ TEST(NarrowLobes, AreTheSharpPartOfAMaterial) {
   EXPECT_TRUE(receives_light(phong(0, 1e6)));
   EXPECT_FALSE(receives_light(kGlass));
   EXPECT_FALSE(receives_light(kBlack));
-  EXPECT_FALSE(receives_light(material("holdout", HoldoutMaterial{})));
+  EXPECT_FALSE(receives_light(material("shadow_catcher", ShadowCatcherMaterial{})));
 }
 
 TEST(Casters, AMixtureIsOneIfAPartIsOne) {

@@ -143,15 +143,15 @@ TEST_F(Load, PowersNeedAnArea) {
             std::string::npos);
 }
 
-TEST_F(Load, HoldoutMistakesAreReportedWithTheirPlace) {
+TEST_F(Load, ShadowCatcherMistakesAreReportedWithTheirPlace) {
   write("assets/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl hole\nf 1 2 3\n");
   const auto json = write("scene.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
-"materials": [{"name": "hole", "holdout": {}},
+"materials": [{"name": "hole", "shadow_catcher": {}},
 {"name": "lamp", "mirror": {}, "emission": {"rgb": [1, 1, 1]}, "emission_exponent": 3}],
 "objects": [{"material": "lamp", "sphere": {"center": [0, 0, 0], "radius": 1}}, {"mesh": {"file": "assets/a.obj"}}]})");
   EXPECT_EQ(error({json}),
             "scene.json:3:85: materials[1].emission_exponent: \"lamp\", of objects[0], emits with an exponent, which "
-            "is not possible in a scene with a holdout (objects[1])");
+            "is not possible in a scene with a shadow catcher (objects[1])");
 }
 
 TEST_F(Load, ADocumentsImagesAreListedWithTheirPlaces) {

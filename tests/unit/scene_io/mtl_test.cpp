@@ -79,7 +79,7 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
   EXPECT_EQ(pbr.coat_roughness, 0.125);
   EXPECT_EQ(pbr.ior, 1.3);
   EXPECT_TRUE(std::holds_alternative<DielectricMaterial>(materials[6].kind));
-  EXPECT_TRUE(std::holds_alternative<HoldoutMaterial>(materials[7].kind));
+  EXPECT_TRUE(std::holds_alternative<ShadowCatcherMaterial>(materials[7].kind));
   EXPECT_EQ(materials[7].emission, TexturedColor{});
   EXPECT_EQ(std::get<DielectricMaterial>(materials[8].kind).ior, 1.3);
   EXPECT_EQ(materials[8].interior.absorption, (RgbColor{1, 0, 0}));

@@ -69,9 +69,9 @@ TEST_F(AuditTest, AnAuditWaitsForARecentMachine) {
   answer(a);
   EXPECT_EQ(status(job).state, JobState::running);
   ASSERT_TRUE(coordinator->next_deadline());
-  pass(limits.auditor_patience / 2);
+  pass(limits.auditor_timeout / 2);
   EXPECT_EQ(status(job).state, JobState::running);
-  pass(limits.auditor_patience / 2);
+  pass(limits.auditor_timeout / 2);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
@@ -81,7 +81,7 @@ TEST_F(AuditTest, APauseDoesNotEndTheWaitForAMachine) {
   answer(a);
   coordinator->worker_disconnected(b, now, effects);
   pass_with({a}, std::chrono::seconds(5));
-  stand_still(limits.auditor_patience * 2);
+  stand_still(limits.auditor_timeout * 2);
   EXPECT_EQ(status(job).state, JobState::running);
   const SessionId again = connect_on("m2", "b");
   answer(again);
@@ -96,7 +96,7 @@ TEST_F(AuditTest, TheWaitForASilentMachineEnds) {
   pass_with({b}, limits.silence + std::chrono::seconds(1));
   EXPECT_EQ(closed, std::vector{a});
   EXPECT_EQ(status(job).state, JobState::running) << "it may come back";
-  pass_with({b}, limits.auditor_patience - limits.silence);
+  pass_with({b}, limits.auditor_timeout - limits.silence);
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).results_unaudited, 1u);
 }
@@ -107,7 +107,7 @@ TEST_F(AuditTest, AHoldKeepsPendingAudits) {
   coordinator->hold("waits for space", now, effects);
   flush();
   answer(a);
-  pass_with({a, b}, limits.auditor_patience * 2);
+  pass_with({a, b}, limits.auditor_timeout * 2);
   EXPECT_EQ(waiting(b), 0u);
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(status(job).reason, "waits for space");

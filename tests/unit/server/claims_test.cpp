@@ -195,7 +195,7 @@ TEST_F(ClaimsTest, TimeWithoutAResultCountsForItsJob) {
   const SessionId worker = connect_on("m1", "w");
   ASSERT_EQ(got<LeaseGrant>(worker).at(0).unit.job, endless);
   const JobId other = submit_unaudited("other");
-  for (const Time until = now + limits.result_patience(); now < until;) {
+  for (const Time until = now + limits.result_timeout(); now < until;) {
     pass(limits.heartbeat_interval);
     say(worker, WorkerHeartbeat{{got<LeaseGrant>(worker).back().lease}});
   }

@@ -117,7 +117,7 @@ TEST(ConnectionLimiterTest, TheNewestWaitingConnectionIsServedNext) {
 TEST(ConnectionLimiterTest, AnUnknownCallerKeepsItsSlotForItsTime) {
   ConnectionLimiter limiter(40);
   (void)arrive_from(limiter, "10.0.0.1", 12, 10);
-  const Time early = limiter_time(10) + ConnectionLimiter::kPatience - std::chrono::milliseconds(1);
+  const Time early = limiter_time(10) + ConnectionLimiter::kTimeout - std::chrono::milliseconds(1);
   EXPECT_TRUE(limiter.update(early).end.empty());
   EXPECT_TRUE(limiter.update(early).serve.empty());
   EXPECT_EQ(limiter.update(early + std::chrono::milliseconds(1)).end.size(), 2u) << "two wait";

@@ -22,9 +22,9 @@ TEST_F(FarmTotalsTest, RepeatedWorkIsCountedOnce) {
   submit(spec("r1", 4));  // two tiles
   const SessionId w = connect("w");
   const LeaseGrant grant = got<LeaseGrant>(w).front();
-  const std::uint64_t leased = totals().units_leased;
+  const std::uint64_t leased = totals().leases_granted;
   EXPECT_EQ(leased, got<LeaseGrant>(w).size());
-  EXPECT_EQ(gauges().units_out, leased);
+  EXPECT_EQ(gauges().leases, leased);
   EXPECT_EQ(gauges().rendering, 1u);
 
   say(w, result(grant, grant.unit.tiles.front()));
@@ -34,7 +34,7 @@ TEST_F(FarmTotalsTest, RepeatedWorkIsCountedOnce) {
   EXPECT_EQ(totals().pixel_samples, 64u * 64);
 
   pass(limits.lease_duration + std::chrono::seconds(1));
-  EXPECT_EQ(totals().units_lost, totals().units_leased) << "it has said nothing";
+  EXPECT_EQ(totals().leases_lost, totals().leases_granted) << "it has said nothing";
   work(connect("w2"));
   EXPECT_EQ(totals().pixel_samples, 4u * 128 * 64);
   EXPECT_EQ(gauges().jobs[static_cast<std::size_t>(JobState::done)], 1u);

@@ -20,7 +20,7 @@ namespace lightmill {
 namespace {
 
 /// Waits for a thread fail after this time.
-constexpr int kListenerPatienceMs = 60'000;
+constexpr int kListenerTimeoutMs = 60'000;
 
 class ClientSocket {
  public:
@@ -42,7 +42,7 @@ class ClientSocket {
   /// Waits until the other side has closed it.
   bool is_ended() const {
     pollfd ended{fd_, POLLRDHUP, 0};
-    return ::poll(&ended, 1, kListenerPatienceMs) == 1;
+    return ::poll(&ended, 1, kListenerTimeoutMs) == 1;
   }
   std::string name() const {
     sockaddr_in own{};
@@ -86,7 +86,7 @@ class KeepingServer {
   /// Waits until it has `count` sockets.
   bool has(std::size_t count) {
     const MutexLock lock(mutex_);
-    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kListenerPatienceMs);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kListenerTimeoutMs);
     while (sockets_.size() < count && changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
     }
     return sockets_.size() == count;

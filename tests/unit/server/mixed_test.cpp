@@ -79,7 +79,7 @@ TEST_F(MixedTest, AnAuditWaitsForARecentMachineOfItsClass) {
   const SessionId a = connect_of("class-a", "m1");
   answer(a);
   EXPECT_EQ(status(job).state, JobState::running);
-  pass_with({a}, limits.auditor_patience);
+  pass_with({a}, limits.auditor_timeout);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 

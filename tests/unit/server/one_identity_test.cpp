@@ -80,7 +80,7 @@ TEST_F(OneIdentityTest, FailsAJobOnlyIfAnotherCannotRenderItEither) {
   restart_worker(join("one", "a"), "one", "a", 20);
   answer_one(other);
   ASSERT_EQ(waiting(other), 1u);
-  beat({other}, limits.result_patience() - std::chrono::seconds(1));
+  beat({other}, limits.result_timeout() - std::chrono::seconds(1));
   EXPECT_EQ(status(job).state, JobState::running);
   beat({other}, std::chrono::seconds(2));
   EXPECT_EQ(status(job).state, JobState::failed);
@@ -92,7 +92,7 @@ TEST_F(OneIdentityTest, LosesItsLeaseEvenIfItReconnectsRepeatedly) {
   SessionId liar = join("liar", "a");
   const std::vector<LeaseId> first = leases_of(liar);
   ASSERT_EQ(first.size(), 1u);
-  const Duration nearly = limits.result_patience() - std::chrono::minutes(1);
+  const Duration nearly = limits.result_timeout() - std::chrono::minutes(1);
   const LeaseGrant grant = got<LeaseGrant>(liar).front();
   const auto beat_on = [&](Duration time) {
     for (const Time until = now + time; now < until;) {
@@ -195,7 +195,7 @@ TEST_F(OneIdentityTest, OverdueWorkGoesToAnotherIdentityNotToItsOtherNames) {
   restart({});
   const JobId job = submit_unaudited("job");
   const SessionId liar = join("liar", "a");
-  beat({liar}, limits.result_patience() - std::chrono::seconds(10));
+  beat({liar}, limits.result_timeout() - std::chrono::seconds(10));
   submit_unaudited("other", 0, {0, 0, 128, 64});
   const SessionId honest = join("honest", "z"), again = join("liar", "a2");
   ASSERT_EQ(waiting(honest) + waiting(again), 2u) << "both are busy";
@@ -238,7 +238,7 @@ TEST_F(OneIdentityTest, CannotKeepATileByGivingItBackWhileOthersAreBusy) {
   ASSERT_EQ(grants(), 1);
   for (int i = 0; i < 2; ++i) {
     for (int half = 0; half < 2; ++half) {
-      beat({honest, liar}, limits.result_patience() * 2 / 5);
+      beat({honest, liar}, limits.result_timeout() * 2 / 5);
       answer_one(honest);
     }
     ASSERT_EQ(status(other).state, JobState::running);

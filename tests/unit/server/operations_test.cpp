@@ -147,7 +147,7 @@ class OperationCallTest : public ::testing::Test {
   static RuntimeOptions keeping_jobs_for(Duration time) {
     RuntimeOptions options;
     options.limits.keep_ended = time;
-    options.gate.calls.requests_per_second = 1;
+    options.access.calls.requests_per_second = 1;
     return options;
   }
   static Identity user(const std::string& name) { return {name, {Role::submit}, Proof::token, 0, ""}; }
@@ -265,7 +265,7 @@ TEST_F(OperationCallTest, AWorkersHistoryHasItsMinutes) {
   EXPECT_EQ(history.minutes(0).unix_ms(), 60'000);
   EXPECT_GE(history.minutes(0).seconds(), 50);
   EXPECT_EQ(history.minutes(0).results(), 5u);
-  EXPECT_EQ(history.minutes(0).units_lost(), 2u);
+  EXPECT_EQ(history.minutes(0).leases_lost(), 2u);
   EXPECT_EQ(history.minutes(0).pixel_samples(), 700);
 }
 
@@ -380,7 +380,7 @@ TEST_F(OperationCallTest, TheEntriesOfAListCountAsRequests) {
       ASSERT_TRUE(context.farm.submit(spec, context.now, context.unix_ms, context.effects).ok());
     }
   });
-  const auto may_call = [&](const Identity& who) { return runtime->gate().take_request(who, "10.0.0.7:4711").ok(); };
+  const auto may_call = [&](const Identity& who) { return runtime->access().take_request(who, "10.0.0.7:4711").ok(); };
   EXPECT_TRUE(may_call(user("ada")));
   for (int i = 0; i < 20; ++i) {  // as 40 requests of a caller that may send 10 at once and one a second
     const auto asked = call("ListJobs");

@@ -169,13 +169,13 @@ TEST_F(OverrunTest, AWorkerWithHeartbeatsButNoResultsLosesItsLease) {
   EXPECT_EQ(status(job).reason, "waits for worker idle: no result for 90 s");
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
   limits.copy_after = std::chrono::hours(10);  // no other worker is connected
-  beat(limits.result_patience() - std::chrono::seconds(90));
+  beat(limits.result_timeout() - std::chrono::seconds(90));
   EXPECT_EQ(status(job).counters.leases_lost, 1u);
   const SessionId other = connect_on("m2", "other");
   if (got<LeaseGrant>(other).empty()) {  // the idle worker has it again, because it was alone
     const LeaseId again = got<LeaseGrant>(idle).back().lease;
     ASSERT_NE(again, held);
-    for (const Time until = now + limits.result_patience(); now < until;) {
+    for (const Time until = now + limits.result_timeout(); now < until;) {
       pass(limits.heartbeat_interval);
       say(idle, WorkerHeartbeat{{again}});
       say(other, WorkerHeartbeat{});

@@ -8,7 +8,7 @@
 #include "common/base/file.h"
 #include "common/security/authority.h"
 #include "common/security/connection_problem.h"
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {

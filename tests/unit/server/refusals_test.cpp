@@ -71,7 +71,7 @@ TEST_F(RefusalTest, TwoIdentitiesFailAJobWhenTheThirdHasLeft) {
   say(b, WorkerRefusal{job, "asset 7 is damaged"});
   EXPECT_EQ(status(job).state, JobState::running);
   coordinator->worker_disconnected(third, now, effects);
-  pass_with({a, b}, limits.disconnect_grace + limits.auditor_patience);
+  pass_with({a, b}, limits.disconnect_grace + limits.auditor_timeout);
   EXPECT_EQ(status(job).state, JobState::failed);
 }
 
@@ -129,7 +129,7 @@ TEST_F(RefusalTest, AJobFailsWhenNoOtherIdentityIsExpected) {
   say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
   EXPECT_NE(status(job).state, JobState::failed) << "the other one may be restarting";
   EXPECT_EQ(reason(job), "waits for a worker of another identity: worker a refused it: mesh 'floor' is empty");
-  pass_with({a}, limits.auditor_patience);
+  pass_with({a}, limits.auditor_timeout);
   EXPECT_EQ(status(job).state, JobState::failed);
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
@@ -153,7 +153,7 @@ TEST_F(RefusalTest, AJobWithSamplesOfAnotherIdentityDoesNotFailWhenItLeaves) {
   say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
   answer_one(honest);
   coordinator->worker_disconnected(honest, now, effects);
-  pass_with({liar}, limits.auditor_patience + limits.lease_duration);
+  pass_with({liar}, limits.auditor_timeout + limits.lease_duration);
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(reason(job), "waits for a worker of another identity: worker liar refused it: mesh 'floor' is empty");
   work(connect_on("m3", "third"));
@@ -214,7 +214,7 @@ TEST_F(RefusalTest, RefusalsOfAPilotCountForTheJob) {
   say(honest, PilotReport{got<PilotGrant>(honest).back().lease, 0, {}, 0.1});
   // A pilot's report shows that the job can be rendered. So the job does not fail when that worker leaves.
   coordinator->worker_disconnected(honest, now, effects);
-  pass_with({liar}, limits.auditor_patience + limits.lease_duration);
+  pass_with({liar}, limits.auditor_timeout + limits.lease_duration);
   EXPECT_EQ(status(job).state, JobState::running) << reason(job);
   work(connect_on("m2", "honest"));
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);

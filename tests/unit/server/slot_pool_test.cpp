@@ -94,13 +94,13 @@ TEST(SlotPool, AStalledHolderMakesRoomForAnyCaller) {
   slots.set_stalled(2, kSlotsBegin + std::chrono::seconds(1));
   slots.set_stalled(3, kSlotsBegin);
   slots.set_active(3);
-  const Time early = kSlotsBegin + SlotPool::kPatience - std::chrono::nanoseconds(1);
+  const Time early = kSlotsBegin + SlotPool::kTimeout - std::chrono::nanoseconds(1);
   EXPECT_EQ(slots.acquire(4, ada, early).answer, Answer::full);
   EXPECT_EQ(slots.acquire(4, ada, early + std::chrono::nanoseconds(1)).evicted, 1u);
   EXPECT_EQ(slots.acquire(5, ada, early + std::chrono::nanoseconds(1)).answer, Answer::full)
       << "2 has a second left, and 3 has moved";
   slots.set_stalled(2, early);
-  EXPECT_EQ(slots.acquire(5, ada, kSlotsBegin + 2 * SlotPool::kPatience - std::chrono::seconds(1)).answer, Answer::full)
+  EXPECT_EQ(slots.acquire(5, ada, kSlotsBegin + 2 * SlotPool::kTimeout - std::chrono::seconds(1)).answer, Answer::full)
       << "2 has stalled again later";
 }
 
@@ -110,7 +110,7 @@ TEST(SlotPool, AHolderAtItsShareDisplacesOnlyItself) {
   EXPECT_EQ(take_all(slots, 1, ada), 2u);
   EXPECT_EQ(take_all(slots, 11, bob), 2u);
   slots.set_stalled(11, kSlotsBegin);
-  const Time late = kSlotsBegin + 2 * SlotPool::kPatience;
+  const Time late = kSlotsBegin + 2 * SlotPool::kTimeout;
   EXPECT_EQ(slots.acquire(21, ada, late).answer, Answer::holder_limit);
   slots.set_stalled(2, kSlotsBegin);
   EXPECT_EQ(slots.acquire(21, ada, late).evicted, 2u);
@@ -124,9 +124,9 @@ TEST(SlotPool, AReleasedSlotIsFree) {
   slots.release(1);
   slots.release(1);
   EXPECT_FALSE(slots.holds(1));
-  EXPECT_EQ(slots.acquire(2, ada, kSlotsBegin + 2 * SlotPool::kPatience).evicted, std::nullopt);
+  EXPECT_EQ(slots.acquire(2, ada, kSlotsBegin + 2 * SlotPool::kTimeout).evicted, std::nullopt);
   slots.set_stalled(1, kSlotsBegin);  // no effect, because it was released
-  EXPECT_EQ(slots.acquire(3, ada, kSlotsBegin + 2 * SlotPool::kPatience).answer, Answer::full);
+  EXPECT_EQ(slots.acquire(3, ada, kSlotsBegin + 2 * SlotPool::kTimeout).answer, Answer::full);
 }
 
 TEST(SlotPool, ANetworkOfIPv6CountsAsOneAddress) {

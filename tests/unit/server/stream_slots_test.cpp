@@ -64,7 +64,7 @@ TEST(StreamSlots, AStalledCallEndsForAnotherOfItsCaller) {
   busy->on_evict([] { FAIL() << "it is active"; });
   silent->set_stalled();
   busy->set_stalled();
-  clock.advance(SlotPool::kPatience);
+  clock.advance(SlotPool::kTimeout);
   busy->set_active();
   EXPECT_TRUE(slots.take(StreamKind::asset, kAda).ok());
   EXPECT_EQ(ends, 1);
@@ -85,7 +85,7 @@ TEST(StreamSlots, ACallDisplacedBeforeItBeginsEndsWhenItBegins) {
   StreamSlots slots({1, 1, 100}, clock);
   const auto early = slots.take(StreamKind::asset, kAda).value();
   early->set_stalled();
-  clock.advance(SlotPool::kPatience);
+  clock.advance(SlotPool::kTimeout);
   const auto other = slots.take(StreamKind::asset, kAda);
   ASSERT_TRUE(other.ok());
   int ends = 0;

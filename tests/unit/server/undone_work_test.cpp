@@ -14,7 +14,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   answer(b);
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_NE(status(job).reason.find("differ between liar (m1) and b (m2)"), std::string::npos) << status(job).reason;
-  pass_with({liar, b}, limits.auditor_patience * 2);
+  pass_with({liar, b}, limits.auditor_timeout * 2);
   EXPECT_EQ(status(job).state, JobState::running) << "it waits for a third machine";
   const SessionId c = connect_on("m3", "c");
   EXPECT_EQ(status(job).reason, "");

@@ -231,8 +231,8 @@ TEST(MaterialJson, NormalMapsAndBumpMapsAreRead) {
             "materials[0].normal_map.texture: unknown texture \"u\": textures must define it");
   EXPECT_EQ(refusal(R"("mirror": {}, "normal_map": {"texture": "t"}, "bump_map": {"texture": "t"})"),
             "materials[0].bump_map: give either a normal map or a bump map");
-  EXPECT_EQ(refusal(R"("holdout": {}, "bump_map": {"texture": "t"})"),
-            "materials[0].bump_map: a holdout has no shading normals");
+  EXPECT_EQ(refusal(R"("shadow_catcher": {}, "bump_map": {"texture": "t"})"),
+            "materials[0].bump_map: a shadow catcher has no shading normals");
   EXPECT_EQ(refusal(R"("mirror": {}, "bump_map": {"texture": "t", "height": 1e13})"),
             "materials[0].bump_map.height: must be in [-1000000000000, 1000000000000], got 10000000000000");
   EXPECT_EQ(refusal(R"("mirror": {}, "normal_map": {"texture": "t", "scale": 1e7})"),

@@ -152,7 +152,7 @@ TEST(SceneJson, UnknownAndDuplicateFieldsAreNamed) {
             "box.json:6:1: camera: the field is given twice");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "mirror": {}, "dielectric": {}}])", kObjects)),
             "box.json:4:43: materials[0].dielectric: only one of diffuse, mirror, dielectric, phong, conductor, "
-            "principled, holdout, mixture may be given, and mirror "
+            "principled, shadow_catcher, mixture may be given, and mirror "
             "is given "
             "already");
 }
@@ -257,7 +257,7 @@ TEST(SceneJson, MissingFieldsAreNamed) {
             "box.json:5:12: objects: the scene is empty, at least one object is expected");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "red"}])", kObjects)),
             "box.json:4:15: materials[0]: a kind of material must be given. The kinds are diffuse, mirror, dielectric, "
-            "phong, conductor, principled, holdout, mixture");
+            "phong, conductor, principled, shadow_catcher, mixture");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"mirror": {}}])", kObjects)),
             "box.json:4:15: materials[0].name: must not be empty");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {}}])", kObjects)),

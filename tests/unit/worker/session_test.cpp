@@ -343,6 +343,8 @@ TEST_F(SessionTest, ATileOutOfMemoryLeavesItsJobToOthers) {
   EXPECT_EQ(said<WorkerRefusal>()[0].job, JobId{1});
   EXPECT_EQ(said<WorkerRefusal>()[0].reason, "out of memory");
   EXPECT_TRUE(said<WorkerRefusal>()[0].own_limits);
+  ASSERT_EQ(asked<LogNotice>().size(), 1u);
+  EXPECT_EQ(asked<LogNotice>()[0].text, describe(tiles[0].key) + " cannot be rendered: out of memory");
   EXPECT_EQ(asked<ForgetJob>().size(), 1u);
   EXPECT_EQ(asked<StopTile>().size(), 3u) << "others of the job, too";
   // Another thread finds the same, which is reported once. Job 2 continues.

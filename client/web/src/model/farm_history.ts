@@ -115,7 +115,7 @@ export function workerSeriesOf({minutes}: WorkerHistory): WorkerSeries {
     times: minutes.map(({unixMs}) => Number(unixMs) / 1000),
     rate: minutes.map(({seconds, pixelSamples}) => (seconds > 0 ? pixelSamples / seconds : null)),
     results: minutes.reduce((sum, {results}) => sum + Number(results), 0),
-    lost: minutes.reduce((sum, {unitsLost}) => sum + Number(unitsLost), 0),
+    lost: minutes.reduce((sum, {leasesLost}) => sum + Number(leasesLost), 0),
     seconds: minutes.reduce((sum, {seconds}) => sum + seconds, 0),
   };
 }

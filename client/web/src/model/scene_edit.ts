@@ -197,7 +197,7 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .share('sheenRoughness', 'Sheen roughness', 0.5).found;
     case 'mixture':
       return mixtureSlots(kind.value, (value) => put({case: 'mixture', value}));
-    case 'holdout':
+    case 'shadow_catcher':
     case undefined:
       return [];
     default:

@@ -62,7 +62,7 @@ class LiveHubTest : public ::testing::Test {
       task(context);
       done->set_value();
     }));
-    ASSERT_EQ(done->get_future().wait_for(kPatience), std::future_status::ready);
+    ASSERT_EQ(done->get_future().wait_for(kTimeout), std::future_status::ready);
   }
   JobId submit(const std::string& owner, const std::string& request_id, int width = 64, int height = 64,
                const std::vector<std::string>& layers = {}) {

@@ -29,7 +29,7 @@ TEST(Histogram, AValueBelongsToTheFirstBucketThatHoldsIt) {
 
 TEST(Metrics, FollowTheTextFormat) {
   MetricValues farm;
-  farm.totals.units_leased = 3;
+  farm.totals.leases_granted = 3;
   farm.totals.pixel_samples = 123'456'789'012;
   farm.totals.first_picture.add(0.2);
   farm.totals.first_picture.add(0.25);
@@ -43,8 +43,8 @@ TEST(Metrics, FollowTheTextFormat) {
   traffic.assets_in = 5;
   const std::array bounds{0.5};
   const std::string text = metrics_text(farm, Histogram(bounds), traffic, {.cpu_seconds = 1.5}, "1.2.3");
-  for (const char* const line : {"# TYPE lightmill_units_leased_total counter",
-                                 "lightmill_units_leased_total 3",
+  for (const char* const line : {"# TYPE lightmill_leases_granted_total counter",
+                                 "lightmill_leases_granted_total 3",
                                  "lightmill_pixel_samples_total 123456789012",
                                  "# TYPE lightmill_jobs gauge",
                                  "lightmill_jobs{state=\"failed\"} 2",

@@ -48,14 +48,14 @@ TEST_F(PageJobsTest, JobsEndWhenThePageIsDisconnectedForLong) {
   submit("p", 1);
   submit("p", 2);
   jobs.disconnected("p");
-  pass(2 * PageJobs::kPatience);
+  pass(2 * PageJobs::kTimeout);
   EXPECT_TRUE(discarded.empty()) << "one is left";
   jobs.disconnected("p");
-  pass(PageJobs::kPatience - std::chrono::nanoseconds(1));
+  pass(PageJobs::kTimeout - std::chrono::nanoseconds(1));
   EXPECT_TRUE(discarded.empty());
   pass(std::chrono::nanoseconds(1));
   EXPECT_EQ(discarded, (std::vector<std::uint64_t>{1, 2}));
-  pass(PageJobs::kPatience);
+  pass(PageJobs::kTimeout);
   EXPECT_EQ(discarded.size(), 2u) << "once";
 }
 
@@ -63,13 +63,13 @@ TEST_F(PageJobsTest, JobsStayWhenThePageReconnectsInTime) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   submit("p", 1);
   jobs.disconnected("p");
-  pass(PageJobs::kPatience / 2);
+  pass(PageJobs::kTimeout / 2);
   EXPECT_TRUE(jobs.check("p", call_by("ada")).ok()) << "jobs that it submits now end with it, too";
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
-  pass(2 * PageJobs::kPatience);
+  pass(2 * PageJobs::kTimeout);
   EXPECT_TRUE(discarded.empty());
   jobs.disconnected("p");
-  pass(PageJobs::kPatience);
+  pass(PageJobs::kTimeout);
   EXPECT_EQ(discarded, std::vector<std::uint64_t>{1});
 }
 

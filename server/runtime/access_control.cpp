@@ -1,4 +1,4 @@
-#include "server/runtime/gate.h"
+#include "server/runtime/access_control.h"
 
 #include "common/base/log.h"
 #include "common/security/caller.h"
@@ -13,7 +13,7 @@ constexpr std::string_view kBearer = "Bearer ";
 
 }  // namespace
 
-Result<Identity> Gate::identify(const Credentials& credentials) const {
+Result<Identity> AccessControl::identify(const Credentials& credentials) const {
   if (credentials.authorization) {
     return identify_bearer(*credentials.authorization);
   }
@@ -34,7 +34,7 @@ Result<Identity> Gate::identify(const Credentials& credentials) const {
 
 /// Identity of the token in the header. A token goes before a certificate, which a machine may have for all of its
 /// users.
-Result<Identity> Gate::identify_bearer(std::string_view header) const {
+Result<Identity> AccessControl::identify_bearer(std::string_view header) const {
   if (!options_.accepts_tokens) {
     return make_error(StatusCode::kUnauthenticated,
                       "this farm takes no tokens, because its connections are not encrypted. Others may have read this "
@@ -51,8 +51,8 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   return tokens_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc,
-                         const CallSubject& about, std::optional<StreamKind> kind) const {
+Result<Call> AccessControl::admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc,
+                                  const CallSubject& about, std::optional<StreamKind> kind) const {
   Call call{caller.ok() ? *caller : Identity{}, rpc, peer};
   Status status = counts_as_request(rpc) ? take_request(call.caller, peer) : ok_status();
   if (status.ok()) {
@@ -70,12 +70,12 @@ Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer
   return call;
 }
 
-Status Gate::take_request(const Identity& caller, const std::string& peer) const {
+Status AccessControl::take_request(const Identity& caller, const std::string& peer) const {
   const MutexLock lock(mutex_);
   return limits_.take_request(caller_key(caller, peer), clock_.now());
 }
 
-Status Gate::check_priority(const Identity& caller, std::int32_t priority) const {
+Status AccessControl::check_priority(const Identity& caller, std::int32_t priority) const {
   return priority <= options_.user_priority || caller.roles.has_any({Role::operate, Role::admin})
              ? ok_status()
              : make_error(
@@ -84,23 +84,23 @@ Status Gate::check_priority(const Identity& caller, std::int32_t priority) const
                    priority, options_.user_priority);
 }
 
-void Gate::charge_entries(const Call& call, std::size_t entries) const {
+void AccessControl::charge_entries(const Call& call, std::size_t entries) const {
   const MutexLock lock(mutex_);
   limits_.charge_entries(caller_key(call.caller, call.peer), entries, clock_.now());
 }
 
-std::optional<SuppressedRefusals> Gate::may_record_refusal(const Call& call, const CallSubject& about,
-                                                           const Status& status) const {
+std::optional<SuppressedRefusals> AccessControl::may_record_refusal(const Call& call, const CallSubject& about,
+                                                                    const Status& status) const {
   const MutexLock lock(mutex_);
   return refusals_.take(call, about, status, clock_.now());
 }
 
-std::optional<SuppressedRefusals> Gate::may_record_refusal(const Identity& caller) const {
+std::optional<SuppressedRefusals> AccessControl::may_record_refusal(const Identity& caller) const {
   const MutexLock lock(mutex_);
   return refusals_.take(caller, clock_.now());
 }
 
-Status Gate::check_still_holds(const Identity& identity) const {
+Status AccessControl::check_still_holds(const Identity& identity) const {
   if (identity.proof == Proof::token) {
     const MutexLock lock(mutex_);
     return tokens_.check_still_holds(identity, now_unix_s());
@@ -108,33 +108,33 @@ Status Gate::check_still_holds(const Identity& identity) const {
   return lightmill::check_still_holds(identity, now_unix_s());
 }
 
-Status Gate::add_token(const TokenRecord& token) {
+Status AccessControl::add_token(const TokenRecord& token) {
   const MutexLock lock(mutex_);
   return tokens_.add(token, now_unix_s());
 }
 
-Result<Enrolment> Gate::enrol(const Identity& by, const EnrolmentRequest& request) {
+Result<Enrolment> AccessControl::enrol(const Identity& by, const EnrolmentRequest& request) {
   const MutexLock lock(mutex_);
   return tokens_.enrol(by, request, now_unix_s());
 }
 
-std::vector<std::string> Gate::enrolled_by(std::string_view id) const {
+std::vector<std::string> AccessControl::enrolled_by(std::string_view id) const {
   const MutexLock lock(mutex_);
   return tokens_.enrolled_by(id);
 }
 
-Status Gate::remove_token(std::string_view id) {
+Status AccessControl::remove_token(std::string_view id) {
   const MutexLock lock(mutex_);
   return tokens_.remove(id);
 }
 
-std::optional<TokenRecord> Gate::find_token(std::string_view id) const {
+std::optional<TokenRecord> AccessControl::find_token(std::string_view id) const {
   const MutexLock lock(mutex_);
   const TokenRecord* const token = tokens_.find(id);
   return token == nullptr ? std::nullopt : std::optional(*token);
 }
 
-std::vector<TokenRecord> Gate::tokens() const {
+std::vector<TokenRecord> AccessControl::tokens() const {
   const MutexLock lock(mutex_);
   return tokens_.all();
 }

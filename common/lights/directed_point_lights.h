@@ -6,7 +6,7 @@
 namespace lightmill {
 
 /// Rows of position, direction (unit) and intensity along it (W/sr). The lights add their falloff.
-class AimedPoints {
+class DirectedPointLights {
  public:
   void add(const Vec3& position, const Vec3& direction, const Vec3& intensity);
   std::size_t size() const { return position_.size(); }

@@ -1,10 +1,10 @@
 """Waiting for real processes."""
 import time
 
-PATIENCE_S = 120  # keeps a test from hanging
+TIMEOUT_S = 120  # keeps a test from hanging
 
 
-def wait_until(what, true, seconds=PATIENCE_S):
+def wait_until(what, true, seconds=TIMEOUT_S):
     """The first true value of true(). After the time limit an AssertionError says what did not happen."""
     end = time.monotonic() + seconds
     while not (found := true()):

@@ -9,12 +9,12 @@
 
 #include "common/security/tls_files.h"
 #include "server/listen/listener.h"
-#include "server/runtime/gate.h"
+#include "server/runtime/access_control.h"
 
 namespace lightmill {
 
 /// Every RPC calls it first, with its subject. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, const Rpc& rpc,
+Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
                    const CallSubject& about = {});
 
 /// Encrypted if a certificate is given. Its files are checked every few seconds. New connections use renewed ones.

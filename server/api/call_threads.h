@@ -7,7 +7,7 @@
 namespace lightmill {
 
 /// Outlives the server. Thread-safe.
-struct SideThreads {
+struct CallThreads {
   boost::asio::thread_pool requests{2};  ///< read large requests, such as scenes
   boost::asio::thread_pool disk{2};      ///< may wait for the disk or the database
 };

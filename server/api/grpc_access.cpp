@@ -1,4 +1,4 @@
-#include "server/api/grpc_gate.h"
+#include "server/api/grpc_access.h"
 
 #include <grpc/grpc_security_constants.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr unsigned kReloadSeconds = 2;
 /// For TLS and HTTP/2 together. The caller is unknown until then.
-constexpr int kHandshakePatienceMs = 5'000;
+constexpr int kHandshakeTimeoutMs = 5'000;
 constexpr const char* kHeader = "authorization";
 
 Credentials credentials_of(const grpc::ServerContextBase& context) {
@@ -45,18 +45,19 @@ class NoReflection final : public grpc::ServerBuilderOption {
 
 }  // namespace
 
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, const Rpc& rpc, const CallSubject& about) {
+Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
+                   const CallSubject& about) {
   const Credentials credentials = credentials_of(context);
-  Result<Identity> caller = gate.identify(credentials);
+  Result<Identity> caller = access.identify(credentials);
   const bool lasts = rpc == kWork || stream_kind(rpc);
   if (caller.ok()) {
     // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a
     // short call.
-    if (const Status met = gate.set_caller(credentials.peer, *caller); !met.ok() && lasts) {
+    if (const Status met = access.set_caller(credentials.peer, *caller); !met.ok() && lasts) {
       caller = met;
     }
   }
-  Result<Call> call = gate.admit(caller, credentials.peer, rpc, about);
+  Result<Call> call = access.admit(caller, credentials.peer, rpc, about);
   if (call.ok() && call->slot != nullptr) {
     call->slot->on_evict([&context] { context.TryCancel(); });
   }
@@ -68,7 +69,7 @@ Listener::Take serve_sockets(grpc::ServerBuilder& builder,
   using Builder = grpc::ServerBuilder::experimental_type;
   const std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor =
       builder.experimental().AddExternalConnectionAcceptor(Builder::ExternalConnectionType::FROM_FD, credentials);
-  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakePatienceMs);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeTimeoutMs);
   // gRPC limits a message's bytes before it decompresses them. Nothing of ours is compressed.
   builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
   return [acceptor](int socket, const std::string&) {

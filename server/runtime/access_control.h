@@ -1,4 +1,4 @@
-// Gate: finds the identity behind a call's credentials, and checks whether its roles and limits allow the call.
+// Access control: finds the identity behind a call's credentials, and checks if its roles and limits allow the call.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@
 namespace lightmill {
 
 /// Authentication of callers, and their limits.
-struct GateOptions {
+struct AccessOptions {
   bool authenticates = false;  ///< callers must authenticate; otherwise a caller without credentials may do everything
   bool accepts_certificates = false;  ///< an authority signs client certificates
   CallLimitOptions calls;
@@ -33,9 +33,9 @@ struct Credentials {
 };
 
 /// Thread-safe.
-class Gate {
+class AccessControl {
  public:
-  Gate(const GateOptions& options, std::vector<TokenRecord> tokens, const Clock& clock)
+  AccessControl(const AccessOptions& options, std::vector<TokenRecord> tokens, const Clock& clock)
       : options_(options),
         clock_(clock),
         slots_(options.calls, clock),
@@ -96,7 +96,7 @@ class Gate {
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
 
-  const GateOptions options_;
+  const AccessOptions options_;
   const Clock& clock_;
   mutable StreamSlots slots_;
   mutable Mutex mutex_;

@@ -1,4 +1,4 @@
-// Holdouts show the background times the ratio of arriving light to unshadowed light, through public documents.
+// Shadow catchers show the background times the ratio of arriving light to unshadowed light, through public documents.
 #include <cmath>
 
 #include "common/scene/validate/validate.h"
@@ -8,7 +8,7 @@ namespace lightmill::test {
 namespace {
 
 constexpr const char* kMaterials =
-    R"({"name": "floor", "holdout": {}}, {"name": "black", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}},
+    R"({"name": "floor", "shadow_catcher": {}}, {"name": "black", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}},
        {"name": "white", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}})";
 constexpr const char* kFloor = R"({"material": "floor", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}})";
 constexpr const char* kColoredSky = R"({"environment": {"radiance": {"rgb": [0.5, 2, 4]}}})";
@@ -23,7 +23,7 @@ std::array<Estimate, 3> floor_layers_at(double x, const std::string& more_object
   return {mean_of(rendered, 0), mean_of(rendered, 1), mean_of(rendered, 2)};
 }
 
-TEST(Holdout, ShowsTheBackgroundWithoutObjects) {
+TEST(ShadowCatcher, ShowsTheBackgroundWithoutObjects) {
   const std::string lights =
       std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})";
   const std::string sized =
@@ -38,7 +38,7 @@ TEST(Holdout, ShowsTheBackgroundWithoutObjects) {
   }
 }
 
-TEST(Holdout, LosesTheSkyThatASphereHides) {
+TEST(ShadowCatcher, LosesTheSkyThatASphereHides) {
   // A sphere fills h R² / d³ of the plane's cosine-weighted sky.
   struct Case {
     double radius, height, x, exact;
@@ -52,7 +52,7 @@ TEST(Holdout, LosesTheSkyThatASphereHides) {
   }
 }
 
-TEST(AmbientOcclusion, UnderASphereIsTheVisibleShareOfTheSky) {
+TEST(AmbientOcclusion, ASphereLeavesTheVisibleShareOfTheSky) {
   // The same with `ao`, for any colours.
   struct Case {
     double radius, height, x, exact;
@@ -74,7 +74,7 @@ TEST(AmbientOcclusion, UnderASphereIsTheVisibleShareOfTheSky) {
   }
 }
 
-TEST(Holdout, SeesOnlyTheOuterSideOfClosedEmitters) {
+TEST(ShadowCatcher, SeesOnlyTheOuterSideOfClosedEmitters) {
   // A two-sided cube emitter, alone and with the sky. Its light on the floor has no shadow.
   std::string cube;
   for (int i = 0; i < 8; ++i) {
@@ -114,7 +114,7 @@ double under_emitter(double unit_irradiance, double radiance) {
   return 0.1 * (1 - 0.1 * unit_irradiance / whole);
 }
 
-TEST(Holdout, TwoSidedPanelsCountInEitherWinding) {
+TEST(ShadowCatcher, TwoSidedPanelsCountInEitherWinding) {
   const std::string corners =
       "v -3 1 -1\nv -1 1 -1\nv -1 1 1\nv -3 1 1\nv 1 1 -1\nv 3 1 -1\nv 3 1 1\nv 1 1 1\nf 1 2 3 4\n";
   // A rectangle with a corner at height 1 (Lambert). Two of them give twice that.
@@ -127,7 +127,7 @@ TEST(Holdout, TwoSidedPanelsCountInEitherWinding) {
   expect_answer(floor_under_emitter(0, corners + "f 8 7 6 5\n", 1), exact, 5e-3);
 }
 
-TEST(Holdout, SeesTheInnerSideOfAnEmitterAroundIt) {
+TEST(ShadowCatcher, SeesTheInnerSideOfAnEmitterAroundIt) {
   // With either winding.
   const std::string corners = "v -5 -4 -5\nv 5 -4 -5\nv 5 -4 5\nv -5 -4 5\nv -5 6 -5\nv 5 6 -5\nv 5 6 5\nv -5 6 5\n";
   expect_answer(
@@ -158,7 +158,7 @@ std::string bulb(double radius, int without_rings) {
   return text;
 }
 
-TEST(Holdout, AHoleOutOfViewChangesNothing) {
+TEST(ShadowCatcher, AHoleOutOfViewChangesNothing) {
   // The value of a sphere, h R²/d³. The ball of facets is about 5 % smaller.
   const double x = 0.4, exact = under_emitter(M_PI * 0.09 / std::pow(1 + x * x, 1.5), 5);
   for (const int without_rings : {0, 1}) {
@@ -168,13 +168,13 @@ TEST(Holdout, AHoleOutOfViewChangesNothing) {
   }
 }
 
-TEST(Holdout, IgnoresLightThatTheSceneScatters) {
+TEST(ShadowCatcher, IgnoresLightThatTheSceneScatters) {
   const auto dark = floor_layers_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
   const auto white = floor_layers_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
   EXPECT_EQ(dark[1].value, white[1].value);
 }
 
-TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
+TEST(ShadowCatcher, IsDarkenedByTheShareOfEachLight) {
   // Without occlusion the sky gives 2π and the sun 3 cos 45°. A small distant ball shadows only the sun.
   const double sun = 3 * std::sqrt(0.5), sky = 2 * M_PI;
   for (const std::string method : {"path", "raycast"}) {
@@ -186,7 +186,7 @@ TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
   }
 }
 
-TEST(Holdout, ShowsTheBackgroundUnchangedWithoutLight) {
+TEST(ShadowCatcher, ShowsTheBackgroundUnchangedWithoutLight) {
   // Its back receives nothing from a light above.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, -1, 0.1], "look_at": [0, 0, 0])", 0.01, 8, kMaterials, kFloor,
@@ -194,7 +194,7 @@ TEST(Holdout, ShowsTheBackgroundUnchangedWithoutLight) {
   EXPECT_EQ(mean_of(scene.render({"path", 3, 1}, 3), 0).value, 0);
 }
 
-TEST(Holdout, ObjectsSeeTheBackgroundInIt) {
+TEST(ShadowCatcher, ObjectsSeeTheBackgroundInIt) {
   // A white sphere over an unshadowed, uniform background would show 1 times the sky. Its own shadow lowers this.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, 50, 0.1], "look_at": [0, 40, 0])", 0.001, 8, kMaterials,
@@ -203,7 +203,7 @@ TEST(Holdout, ObjectsSeeTheBackgroundInIt) {
   expect_answer(top, 2, 1e-2);
 }
 
-TEST(Holdout, RefusesEmissionThatItCannotCompare) {
+TEST(ShadowCatcher, RefusesEmissionThatItCannotCompare) {
   Scene scene = TestScene::from_text(document(R"("eye": [0, 1, 0], "look_at": [0, 0, 0.1])", 30, 8, kMaterials,
                                               std::string(kFloor) + ", " + sphere("black", "[0, 1, 0]", 0.1)))
                     .scene();
@@ -213,9 +213,9 @@ TEST(Holdout, RefusesEmissionThatItCannotCompare) {
   scene.materials[1].emission_exponent = 2;
   EXPECT_EQ(message_of(validate(scene)),
             "materials[1].emission_exponent: \"black\", of objects[1], emits with an exponent, which is not possible "
-            "in a scene with a holdout (objects[0])");
+            "in a scene with a shadow catcher (objects[0])");
   scene.materials[0].emission = {1, 1, 1};
-  EXPECT_EQ(message_of(validate(scene)), "materials[0].emission: a holdout cannot emit light");
+  EXPECT_EQ(message_of(validate(scene)), "materials[0].emission: a shadow catcher cannot emit light");
 }
 
 }  // namespace
