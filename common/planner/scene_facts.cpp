@@ -28,7 +28,7 @@ std::string named(std::string_view what, const std::string& name) {
 }
 
 std::string_view noun_of(const Material& material) {
-  if (is_boundary(material)) {
+  if (is_glass(material)) {
     return "glass";
   }
   return std::visit(
@@ -112,13 +112,6 @@ bool has_sheen(const Material& material) {
   });
 }
 
-bool is_thin_sheet(const Material& material) {
-  return any_part(material, [](const Material& part) {
-    const auto* const diffuse = std::get_if<DiffuseMaterial>(&part.kind);
-    return diffuse != nullptr && !is_black(diffuse->transmittance);
-  });
-}
-
 bool loses_light_between_facets(const Material& material) {
   const auto is_rough = [](const auto& m) {
     if constexpr (requires { m.roughness; }) {
@@ -143,7 +136,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   facts.anisotropy = facts.anisotropy || is_anisotropic(material);
   facts.sheen = facts.sheen || has_sheen(material);
   facts.mixtures = facts.mixtures || std::holds_alternative<MixtureMaterial>(material.kind);
-  facts.thin_sheets = facts.thin_sheets || is_thin_sheet(material);
+  facts.thin_sheets = facts.thin_sheets || is_sheet(material);
   facts.textures =
       facts.textures || textured || has_mapped_normals(material) || material.opacity.map.texture != kNoTexture;
   facts.shadow_catchers = facts.shadow_catchers || std::holds_alternative<ShadowCatcherMaterial>(material.kind);
@@ -159,7 +152,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   }
   facts.absorption = facts.absorption || !is_black(absorbed);
   facts.scattering = facts.scattering || !is_black(material.interior.scattering);
-  const bool nothing_there = is_boundary(material) && ior_of(material) == 1;
+  const bool nothing_there = is_glass(material) && ior_of(material) == 1;
   facts.ranked_media = facts.ranked_media || material.priority != 0 || nothing_there;
   all.index_changes = all.index_changes || (is_boundary(material) && ior_of(material) != 1);
 }

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "common/materials/metals.h"
+#include "common/scene/document/subsurface.h"
 #include "common/scene/validate/validate.h"
 #include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
@@ -251,7 +252,30 @@ Status surface_from_wire(const std::string& path, const v1::Material& material, 
   return ok_status();
 }
 
+Result<Medium> subsurface_from_wire(const std::string& path, const v1::Material::Medium& medium) {
+  if (medium.has_scattering() || medium.density_case() != v1::Material::Medium::DENSITY_NOT_SET) {
+    return invalid_argument("{}.{}: give either this or subsurface", path,
+                            medium.has_scattering()   ? "scattering"
+                            : medium.has_absorption() ? "absorption"
+                                                      : "color");
+  }
+  const v1::Material::Subsurface& from = medium.subsurface();
+  LM_ASSIGN_OR_RETURN(const RgbColor color,
+                      color_from_wire(path + ".subsurface.color", from.has_color(), from.color()));
+  LM_RETURN_IF_ERROR(check_reflectance(path + ".subsurface.color", color));
+  LM_ASSIGN_OR_RETURN(const RgbColor radius,
+                      color_from_wire(path + ".subsurface.radius", from.has_radius(), from.radius()));
+  for (const double component : {radius.r, radius.g, radius.b}) {
+    LM_RETURN_IF_ERROR(check_range(path + ".subsurface.radius", component, 1 / kMaxAbsorption, kMaxAbsorption));
+  }
+  LM_RETURN_IF_ERROR(check_range(path + ".anisotropy", medium.anisotropy(), -kMaxMeanCosine, kMaxMeanCosine));
+  return subsurface_medium(color, radius, medium.anisotropy());
+}
+
 Result<Medium> medium_from_wire(const std::string& path, const v1::Material::Medium& medium) {
+  if (medium.has_subsurface()) {
+    return subsurface_from_wire(path, medium);
+  }
   Medium out;
   if (medium.has_absorption()) {
     LM_ASSIGN_OR_RETURN(out.absorption, color_from_wire(path + ".absorption", true, medium.absorption()));

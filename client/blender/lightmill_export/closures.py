@@ -2,7 +2,7 @@
 import bpy
 import numpy as np
 
-from . import anisotropy
+from . import anisotropy, subsurface
 from .fresnel import fresnel_of
 from .mixtures import Closure, Surface, add, black, diffuse as matt, mix
 from .nodes import Input, Node
@@ -169,7 +169,7 @@ SHADERS = {
     "BSDF_DIFFUSE": diffuse, "BSDF_GLOSSY": glossy, "BSDF_ANISOTROPIC": glossy, "BSDF_GLASS": glass,
     "BSDF_REFRACTION": glass, "BSDF_TRANSPARENT": transparent, "BSDF_PRINCIPLED": principled, "EMISSION": emission,
     "BACKGROUND": emission, "HOLDOUT": hold_out, "BSDF_TRANSLUCENT": translucent,
-    "SUBSURFACE_SCATTERING": replaced_by_diffuse("It has no subsurface scattering"),
+    "SUBSURFACE_SCATTERING": subsurface.read,
     "BSDF_VELVET": replaced_by_diffuse("It has no sheen"), "BSDF_SHEEN": replaced_by_diffuse("It has no sheen"),
     "BSDF_TOON": replaced_by_diffuse("Its shading has no steps"),
     "BSDF_HAIR": replaced_by_diffuse("It has no highlight"), "BSDF_HAIR_PRINCIPLED": replaced_by_diffuse("It has no highlight"),

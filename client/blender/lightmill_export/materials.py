@@ -107,6 +107,7 @@ class MaterialMaker:
         if not (opacity.is_constant() and opacity.rgb[0] == 1):
             self.document["opacity"] = self.scalar(opacity, node, "value", "map")
         self.solid(surface.reflection)
+        self.interior(surface.reflection)
         if np.any(radiance.rgb < 0):
             self.notices.node(node, "its negative emission is treated as 0")
             radiance = Value(np.maximum(radiance.rgb, 0), radiance.image, radiance.colors)
@@ -121,6 +122,20 @@ class MaterialMaker:
         self.tinted = len({closure.color.colors for closure in closures if not closure.color.is_black()}) == 1
         obstacle = self.obstacle(tree, closures) if isinstance(tree, Mixture) else None
         self.document.update(self.part(tree) if obstacle is None else self.mean(tree, obstacle))
+
+    def interior(self, tree):
+        """The medium of the subsurface scattering. A material has one."""
+        skins = [closure for closure in tree.leaves() if "interior" in closure.numbers]
+        if not skins or not has_sheet(self.document):
+            return
+        self.document["interior"] = skins[0].numbers["interior"]
+        for other in skins[1:]:
+            if other.numbers["interior"] != self.document["interior"]:
+                self.notices.node(other.node, f"its subsurface scattering is that of {skins[0].node.name}")
+        if self.document.pop("opacity", None) is not None:
+            self.notices.node(skins[0].node, "left out: its opacity. Materials that light enters have none")
+        if len(tree.leaves()) > 1:
+            self.notices.node(skins[0].node, "light from within meets the other shaders of the mixture, too, unlike in Blender")
 
     def obstacle(self, tree, closures):
         """Why a tree cannot be a mixture of the document. None if it can."""
@@ -175,6 +190,9 @@ class MaterialMaker:
         if closure.transmittance.is_black():
             return closure
         self.notices.node(closure.node, "the light that it transmits is reflected")
+        if "interior" in closure.numbers:
+            shown = constant(*closure.numbers["interior"]["subsurface"]["color"]["rgb"])
+            return diffuse(shown, closure.node)
         color = self.reader.combine(lambda a, b: np.clip(a + b, 0, 1), [closure.color, closure.transmittance], closure.node)
         return replace(closure, color=color, transmittance=constant(0.0))
 
@@ -328,6 +346,13 @@ class MaterialMaker:
             use = use.with_texels(use.texels())
         channel = use.channel if use.channel != "COLOR" else "LUMINANCE"
         return {name: number, map_name or f"{name}_map": {"texture": self.uses.add(use, node), "channel": channel}}
+
+
+def has_sheet(part):
+    """Whether a material of the document, or a part of it, transmits diffuse light."""
+    if "mixture" in part:
+        return has_sheet(part["mixture"]["first"]) or has_sheet(part["mixture"]["second"])
+    return "transmittance" in part.get("diffuse", {})
 
 
 def surface(kind, fields, multiple):

@@ -23,7 +23,7 @@ class Closure:
     def is_linear(self):
         """Whether it reflects twice the light with twice the colour."""
         rough = self.numbers["roughness"]
-        return self.kind in ("diffuse", "glossy") and (not self.numbers["multiple"] or rough.is_black())
+        return "interior" not in self.numbers and self.kind in ("diffuse", "glossy") and (not self.numbers["multiple"] or rough.is_black())
 
     def transmits(self):
         metallic = self.numbers.get("metallic")

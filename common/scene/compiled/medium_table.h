@@ -32,7 +32,7 @@ struct Crossing8 {
   M8 real;
 };
 
-/// One medium, from number 1, for each material that transmits light. 0 is the empty space outside.
+/// One medium, from number 1, for each material that light passes into (is_boundary). 0 is the empty space outside.
 class MediumTable {
  public:
   static constexpr int kMaxDepth = 4;  ///< media kept per path

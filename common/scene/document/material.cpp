@@ -53,22 +53,35 @@ std::optional<double> uniform_opacity(const Opacity& opacity) {
   return opacity.mode == Opacity::Mode::blend ? opacity.value : opacity.value >= opacity.cutoff ? 1 : 0;
 }
 
-bool is_boundary(const Material& material) {
+bool is_sheet(const Material& material) {
+  return any_part(material, [](const Material& part) {
+    const auto* diffuse = std::get_if<DiffuseMaterial>(&part.kind);
+    return diffuse != nullptr && !is_black(diffuse->transmittance);
+  });
+}
+
+bool is_glass(const Material& material) {
   return std::visit(Overloaded{[](const DielectricMaterial&) { return true; },
                                [&](const PrincipledMaterial& m) {
                                  return m.transmission > 0 &&
                                         (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
                                },
-                               [](const MixtureMaterial& m) { return is_boundary(*m.first) || is_boundary(*m.second); },
+                               [](const MixtureMaterial& m) { return is_glass(*m.first) || is_glass(*m.second); },
                                [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
                                               ShadowCatcherMaterial> auto&) { return false; }},
                     material.kind);
 }
 
+bool is_boundary(const Material& material) {
+  return is_glass(material) || (material.interior != Medium{} && is_sheet(material));
+}
+
 double ior_of(const Material& material) {
   return std::visit(
       Overloaded{[](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
-                 [](const MixtureMaterial& m) { return ior_of(is_boundary(*m.first) ? *m.first : *m.second); },
+                 [](const MixtureMaterial& m) {
+                   return is_glass(*m.first) ? ior_of(*m.first) : is_glass(*m.second) ? ior_of(*m.second) : 1.0;
+                 },
                  [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
                                 ShadowCatcherMaterial> auto&) { return 1.0; }},
       material.kind);

@@ -95,7 +95,7 @@ struct BumpMap {
 struct DiffuseMaterial {
   TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
   double roughness = 0;                         ///< of EON (common/materials/rough_diffuse.h), in [0, 1]; 0: Lambert
-  TexturedColor transmittance{};  ///< share scattered to the other side of a thin sheet, each in [0, 1]; not if rough
+  TexturedColor transmittance{};  ///< share scattered to the other side of a sheet, each in [0, 1]; not if rough
 };
 struct MirrorMaterial {
   TexturedColor reflectance{1, 1, 1};  ///< each in [0, 1]
@@ -172,7 +172,7 @@ struct Material {
       kind;
   TexturedColor emission;           ///< zero if the material does not emit
   bool two_sided_emission = false;  ///< if false, only on the side of the geometric normal
-  Medium interior = {};             ///< of dielectrics and principled materials that transmit
+  Medium interior = {};             ///< of glass, and of sheets
   std::int32_t priority = 0;        ///< where such materials overlap, the medium with the highest priority applies
   EmissionUnit emission_unit = EmissionUnit::radiance;
   double emission_exponent = 0;    ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
@@ -228,10 +228,14 @@ double mean_roughness(double roughness, const Anisotropy& anisotropy);
 /// The material's colours that may have a texture: those of its kind or its parts, and its emission.
 std::vector<const TexturedColor*> colors_of(const Material& material);
 
-/// Whether light passes into the shape: a dielectric, or a principled material that transmits.
+/// Whether a part is diffuse and has a transmittance.
+bool is_sheet(const Material& material);
+/// Whether light is refracted into the shape: a dielectric, or a principled material that transmits.
+bool is_glass(const Material& material);
+/// Whether light passes into the shape: glass, or a sheet around a medium.
 bool is_boundary(const Material& material);
 
-/// Index of refraction of the inside. 1 for kinds without one.
+/// Index of refraction of the inside. 1 for kinds without one, and for mixtures without glass.
 double ior_of(const Material& material);
 
 /// σ = 1/ρ − 1 of each component in [0, 1], at most kMaxAbsorption.

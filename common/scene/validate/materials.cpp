@@ -128,7 +128,7 @@ Status check_mixture(const std::string& path, const MixtureMaterial& m) {
   LM_RETURN_IF_ERROR(check_range(path + ".factor", m.factor, 0, 1));
   LM_RETURN_IF_ERROR(check_part(path + ".first", *m.first));
   LM_RETURN_IF_ERROR(check_part(path + ".second", *m.second));
-  if (is_boundary(*m.first) && is_boundary(*m.second) && ior_of(*m.first) != ior_of(*m.second)) {
+  if (is_glass(*m.first) && is_glass(*m.second) && ior_of(*m.first) != ior_of(*m.second)) {
     return invalid_argument("{}: glass of one mixture must have one index of refraction, got {} and {}", path,
                             ior_of(*m.first), ior_of(*m.second));
   }
@@ -176,8 +176,10 @@ Status check_kind(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(
       check_range(path + ".interior.anisotropy", material.interior.anisotropy, -kMaxMeanCosine, kMaxMeanCosine));
   if (!is_boundary(material) && (material.interior != Medium{} || material.priority != 0)) {
-    return invalid_argument("{}.{}: only a dielectric, or a principled material with transmission, has an inside", path,
-                            material.interior != Medium{} ? "interior" : "priority");
+    return invalid_argument(
+        "{}.{}: only a dielectric, a principled material with transmission, or a diffuse one with a transmittance, has "
+        "an inside",
+        path, material.interior != Medium{} ? "interior" : "priority");
   }
   return ok_status();
 }

@@ -338,6 +338,48 @@ class Mixtures(unittest.TestCase):
         np.testing.assert_allclose(part["diffuse"]["reflectance"]["rgb"], reflectance, atol=1e-6)
         np.testing.assert_allclose(part["diffuse"]["transmittance"]["rgb"], transmittance, atol=1e-6)
 
+    def test_subsurface_scattering_is_a_sheet_around_a_medium(self):
+        nodes = Nodes()
+        out = nodes.add("SubsurfaceScattering", Color=(0.5, 0.2, 0.0), Scale=2.0, Anisotropy=0.3)
+        out.node.inputs["Radius"].default_value = (1.0, 0.5, 0.0)
+        for falloff, notice in (("RANDOM_WALK_FIXED_RADIUS", 0), ("BURLEY", 1)):
+            out.node.falloff = falloff
+            document = nodes.export(out)
+            self.assertEqual(len(nodes.notices.texts), notice)
+            self.assertEqual(document["diffuse"], {"reflectance": {"rgb": [0, 0, 0]}, "transmittance": {"rgb": [1, 1, 1]}})
+            self.assertEqual(document["interior"]["anisotropy"], 0 if notice else np.float32(0.3))
+            mean_free_path = 2 * 0.25 / np.pi
+            for given, expected in zip(document["interior"]["subsurface"]["radius"]["rgb"], (1, 0.5, 0.001)):
+                self.assertAlmostEqual(given, expected * mean_free_path, 6)
+            for given, expected in zip(document["interior"]["subsurface"]["color"]["rgb"], (0.5, 0.2, 0)):
+                self.assertAlmostEqual(given, expected, 6)
+
+    def test_the_radius_of_a_random_walk_depends_on_the_colour(self):
+        nodes = Nodes()
+        out = nodes.add("SubsurfaceScattering", Color=(0.5, 0.2, 0.0), Scale=1.0, IOR=1.4)
+        out.node.inputs["Radius"].default_value = (1.0, 1.0, 1.0)
+        out.node.falloff = "RANDOM_WALK"
+        radius = nodes.export(out)["interior"]["subsurface"]["radius"]["rgb"]
+        # The dipole's reflectance a/2 (1 + exp(-4/3 A s)) exp(-s) with s = radius = sqrt(3 (1 - a)).
+        fresnel = -1.44 / 1.96 + 0.71 / 1.4 + 0.668 + 0.0636 * 1.4
+        for s, reflectance in zip(radius, (0.5, 0.2, 0.0)):
+            a = 1 - s * s / 3
+            self.assertAlmostEqual(a / 2 * (1 + np.exp(-4 / 3 * (1 + fresnel) / (1 - fresnel) * s)) * np.exp(-s), reflectance, 5)
+
+    def test_subsurface_scattering_without_a_radius_is_diffuse(self):
+        nodes = Nodes()
+        document = nodes.export(nodes.add("SubsurfaceScattering", Color=RED, Scale=0.0))
+        self.assertEqual(document["diffuse"], {"reflectance": {"rgb": list(RED)}})
+        self.assertNotIn("interior", document)
+
+    def test_a_mixture_with_subsurface_scattering_has_its_medium(self):
+        nodes = Nodes()
+        skin = nodes.add("SubsurfaceScattering", Color=RED)
+        document = nodes.export(nodes.mix(skin, nodes.glossy(), 0.25))
+        self.assertIn("mixture", document)
+        self.assertIn("interior", document)
+        self.assertTrue(any("light from within" in text for text in nodes.notices.texts))
+
     def test_smooth_diffuse_and_translucent_shaders_are_one_sheet(self):
         n = self.nodes
         for first, second, share in ((n.diffuse(RED), n.translucent(BLUE), 0.25), (n.translucent(BLUE), n.diffuse(RED), 0.75)):

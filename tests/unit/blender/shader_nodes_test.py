@@ -84,7 +84,7 @@ MAPPED = {*COMPUTED, *SHADERS, "TEX_IMAGE", "TEX_ENVIRONMENT", "VERTEX_COLOR", "
 
 
 # Shaders that are named as a whole, so their numbers are not.
-NAMED_AS_A_WHOLE = {"BSDF_TOON", "BSDF_HAIR", "BSDF_HAIR_PRINCIPLED", "BSDF_VELVET", "SUBSURFACE_SCATTERING",
+NAMED_AS_A_WHOLE = {"BSDF_TOON", "BSDF_HAIR", "BSDF_HAIR_PRINCIPLED", "BSDF_VELVET",
                     "EEVEE_SPECULAR", "BSDF_SHEEN"}
 # Inputs and properties without an effect of their own.
 BESIDE = {

@@ -125,6 +125,21 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
   EXPECT_EQ(fog.absorption, RgbColor{});
   EXPECT_EQ(fog.scattering, (RgbColor{1, 2, 3}));
   EXPECT_EQ(fog.anisotropy, -0.5);
+  const Medium skin =
+      read(R"("diffuse": {"transmittance": {"rgb": [1, 1, 1]}}, "interior": {"subsurface": {"color": {"rgb": [0, 1, 1]},
+              "radius": {"rgb": [2, 4, 0.5]}}})")
+          .interior;
+  EXPECT_NEAR(skin.absorption.r, 0.5, 1e-5);
+  EXPECT_NEAR(skin.scattering.r, 0, 1e-5);
+  EXPECT_NEAR(skin.scattering.g, 0.25, 1e-5);
+  EXPECT_NEAR(skin.scattering.b, 2, 1e-5);
+  EXPECT_NEAR(skin.absorption.b, 0, 1e-5);
+  EXPECT_EQ(material_error(R"("dielectric": {}, "interior": {"scattering": {"rgb": [1, 2, 3]}, "subsurface": {}})"),
+            "m.json:2:69: materials[0].interior.scattering: give either this or subsurface");
+  EXPECT_NE(material_error(R"("dielectric": {}, "interior": {"subsurface": {"color": {"rgb": [0, 1, 1]},
+                              "radius": {"rgb": [1, 1, 0]}}})")
+                .find("materials[0].interior.subsurface.radius: must be in ["),
+            std::string::npos);
   EXPECT_EQ(material_error(R"("dielectric": {}, "interior": {"anisotropy": 1})"),
             "m.json:2:74: materials[0].interior.anisotropy: must be in [-0.99, 0.99], got 1");
   EXPECT_EQ(material_error(R"("dielectric": {"roughness": -1})"),
@@ -132,11 +147,11 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
   EXPECT_EQ(material_error(R"("dielectric": {}, "interior": {"color": {"rgb": [1, 2, 0]}})"),
             "m.json:2:69: materials[0].interior.color: each component must be in [0, 1], got (1, 2, 0)");
   EXPECT_EQ(material_error(R"("mirror": {}, "interior": {"absorption": {"rgb": [1, 2, 0]}})"),
-            "m.json:2:55: materials[0].interior: only a dielectric, or a principled material with transmission, has an "
-            "inside");
+            "m.json:2:55: materials[0].interior: only a dielectric, a principled material with transmission, or a "
+            "diffuse one with a transmittance, has an inside");
   EXPECT_EQ(material_error(R"("principled": {}, "priority": 1)"),
-            "m.json:2:59: materials[0].priority: only a dielectric, or a principled material with transmission, has an "
-            "inside");
+            "m.json:2:59: materials[0].priority: only a dielectric, a principled material with transmission, or a "
+            "diffuse one with a transmittance, has an inside");
 }
 
 TEST(MaterialJson, TexturesWrapAlongEachAxis) {
