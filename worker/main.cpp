@@ -207,10 +207,12 @@ Result<StateFolder> take_state(const Options& options) {
     const CallerFiles files{options.caller.tls, options.enrol_file, kEnrolFileOption};
     const Status readable = read_caller(files, options.servers, system_clock().unix_milliseconds() / 1000).status();
     if (!readable.ok()) {
-      return make_error(readable.code(),
-                        "this worker has no token in {} yet: {}. Make an enrolment token with `lightmill tokens create "
-                        "NAME --enrol N --out FILE`, and give it with {} FILE",
-                        state.path().string(), message_of(readable), kEnrolFileOption);
+      const bool exists = std::filesystem::exists(options.enrol_file);
+      return make_error(readable.code(), "this worker has no token in {} yet: {}{}", state.path().string(),
+                        message_of(readable),
+                        exists ? ""
+                               : ". Make an enrolment token with `lightmill tokens create NAME --enrol N --out FILE`, "
+                                 "and give it with --enrol-file FILE");
     }
   }
   return state;

@@ -28,6 +28,10 @@ GivenAddress given_address(const std::string& server_option) {
 }
 
 Status check_one(const GivenAddress& given) {
+  if (const std::size_t scheme = given.address.find("://"); scheme != std::string::npos) {
+    return invalid_argument("{} is HOST:PORT of the coordinator's gRPC port: write {}, not {}", given.where,
+                            given.address.substr(scheme + 3), given.address);
+  }
   const std::size_t colon = given.address.rfind(':');
   if (colon != std::string::npos && given.address.find(':') != colon && given.address[colon - 1] != ']') {
     return invalid_argument("{}: an IPv6 address goes in brackets: write [{}]{}, not {}", given.where,

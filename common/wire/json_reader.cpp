@@ -245,6 +245,10 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos) {
       return fail("", "the file is empty");
     }
+    const std::size_t before = text_.substr(0, token_).find_last_not_of(" \t\r\n");
+    if ((rest.starts_with('}') || rest.starts_with(']')) && before != std::string_view::npos && text_[before] == ',') {
+      return fail("", "not JSON: a comma before {}. Remove it", rest.front());
+    }
     std::string what = error.what();
     if (const std::size_t column = what.find(", column "); column != std::string::npos) {
       what = what.substr(what.find(": ", column) + 2);

@@ -247,6 +247,8 @@ TEST_F(Enrolment, AWorkerThatCannotEnrolSaysWhatToDo) {
   fails(file, {}, 1, "cannot create the state folder " + file + "/1", "enrol");
   std::filesystem::permissions(file, std::filesystem::perms::all);
   fails(file, {}, 1, "chmod 600");
+  EXPECT_EQ(worker(file, "with a file", {}, "state")->wait(), 1);
+  EXPECT_EQ(secure_.farm().log("with a file").find("Make an enrolment token"), std::string::npos) << "it has one";
 }
 
 TEST_F(Enrolment, ATokenOfAnotherKindIsRefusedByName) {

@@ -69,8 +69,10 @@ Status quarantine_worker(CoordinatorClient& connection, const Console& console,
   LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.quarantine_worker(request));
   console.object(to_json(worker));
   console.result(fmt::format(
-      "worker {} and all others of its identity are in quarantine{}. Release them with `lightmill workers release {}`",
-      request.name(), request.render_again() ? ", and their results are rendered again" : "", request.name()));
+      "worker {} and all others of its identity are in quarantine ({}){}. Release them with `lightmill workers release "
+      "{}`",
+      request.name(), worker.quarantine(), request.render_again() ? ", and their results are rendered again" : "",
+      request.name()));
   return ok_status();
 }
 

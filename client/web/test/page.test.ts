@@ -3,8 +3,10 @@ import {expect, test} from 'vitest';
 import {isSilent, kSilenceMs, retryDelayMs} from '../src/model/connection';
 import {errorCurve} from '../src/model/error_curve';
 import {ageText, boundedErrorText, clockTick, counted, errorText, goalText, humanCount, humanRate, humanSeconds, momentText, powerOfTen, samplesText, tickText, valueText} from '../src/model/format';
-import {kMaxCharted, kPlainLook, kPlainView, parseRoute, routeHash, type Route} from '../src/model/route';
+import {kMaxCharted, kPlainLook, parseRoute, routeHash, type JobView, type Route} from '../src/model/route';
 import {JobSchema} from '../src/wire/lightmill/v1/farm_pb';
+
+const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map(), photons: 'none', meters: true};
 
 test('times and numbers are written as the command line writes them', () => {
   expect([0.42, 12.3, 185, 7380, 4 * 86400 + 3 * 3600, -1].map(humanSeconds)).toEqual(['0.4 s', '12 s', '3 min 05 s', '2 h 03 min', '4 d 03 h', '?']);

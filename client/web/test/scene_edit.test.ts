@@ -98,7 +98,13 @@ test('each slot of every kind changes only its own value', () => {
   expect(count('glass')).toEqual(['Index of refraction', 'Roughness', 'Absorption per unit', 'Scattering per unit', 'Anisotropy', 'Emission']);
   expect(count('paint')).toEqual(['Colour', 'Metallic', 'Roughness', 'Specular', 'Transmission', 'Index of refraction', 'Coat', 'Coat roughness', "Burley's diffuse part", 'Anisotropy', 'Rotation of the anisotropy', 'Sheen', 'Sheen roughness', 'Emission']);
   expect(count('worn')).toEqual(['Share of the second part', 'First: Colour', 'Second: Share of the second part', 'Second: First: Colour', 'Second: First: Transmittance', 'Second: First: Roughness', 'Second: Second: Diffuse', 'Second: Second: Specular', 'Second: Second: Exponent', 'Emission']);
+  expect(count('catcher')).toEqual([]);
   expect(count('lamp')).toEqual(['Colour', 'Transmittance', 'Roughness', 'Emission', 'Emission exponent', 'Emits on both sides']);
+});
+
+test('kinds have the names of the documents', () => {
+  const kinds = materialGroups(sceneWithUnknownFields()).map(({kind}) => kind);
+  expect(kinds.slice(0, 8)).toEqual(['diffuse', 'mirror', 'glass', 'phong', 'metal', 'principled', 'mixture', 'shadow catcher']);
 });
 
 test('fields that the page does not know survive every edit', () => {

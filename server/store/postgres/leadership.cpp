@@ -84,8 +84,8 @@ Status prepare_tables(Session& session, const Target& target, bool read_only) {
   if (format == kFormat) {
     return ok_status();
   }
-  Session session(target, {}, kMigrationTimeout);
-  return migrate(session, static_cast<int>(format));
+  Session migration(target, {}, kMigrationTimeout);
+  return migrate(migration, static_cast<int>(format));
 }
 
 }  // namespace

@@ -109,6 +109,10 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
           server() + "`"),
       std::string::npos)
       << notices;
+  const std::string again =
+      lightmill({"workers", "quarantine", "w1", "--reason", "and of fire", "--server", server()}).out;
+  EXPECT_NE(again.find("are in quarantine (put there by hand: smells of smoke)"), std::string::npos)
+      << "a later reason changes nothing: " << again;
   on_farm({"workers", "release", "w1"});
   EXPECT_TRUE(on_farm({"workers"})["workers"][0]["quarantine"].is_null());
   on_farm({"workers", "drain", "w1"});

@@ -162,6 +162,14 @@ TEST_F(CliTest, AMissingFarmIsReported) {
   }
 }
 
+TEST_F(CliTest, AnAddressOfAPageIsNoAddressOfAFarm) {
+  const CommandResult result = lightmill({"jobs", "--server", "http://farm.example:7350"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.err,
+            "lightmill: --server is HOST:PORT of the coordinator's gRPC port: write farm.example:7350, not "
+            "http://farm.example:7350\n");
+}
+
 TEST_F(CliTest, AWorkersNameIsCheckedBeforeItStarts) {
   for (const std::string& name : {std::string("a\nb"), std::string(300, 'n')}) {
     const CommandResult result = run_command({program("lightmill-worker"), "--name", name}, environment());

@@ -287,6 +287,9 @@ TEST(SceneJson, BrokenJsonIsReportedWithItsPlace) {
   EXPECT_EQ(scene_error("{\"name\": \"a\","),
             "box.json:1:14: not JSON: syntax error while parsing object key - unexpected end of input; expected string "
             "literal");
+  EXPECT_EQ(scene_error("{\"name\": \"a\",\n}"), "box.json:2:1: not JSON: a comma before }. Remove it");
+  EXPECT_EQ(scene_error(R"({"materials": [{"name": "x", "mirror": {}}, ]})"),
+            "box.json:1:45: not JSON: a comma before ]. Remove it");
   EXPECT_EQ(scene_error(""), "box.json:1:1: the file is empty");
 }
 

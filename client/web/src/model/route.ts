@@ -41,7 +41,6 @@ export interface JobView {
 
 export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | {page: 'nowhere'; path: string} | ({page: 'job'; job: bigint} & JobView);
 
-export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map(), photons: 'none', meters: true};
 /** Limit of other jobs in one chart. */
 export const kMaxCharted = 7;
 

@@ -197,7 +197,7 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .share('sheenRoughness', 'Sheen roughness', 0.5).found;
     case 'mixture':
       return mixtureSlots(kind.value, (value) => put({case: 'mixture', value}));
-    case 'shadow_catcher':
+    case 'shadowCatcher':
     case undefined:
       return [];
     default:
@@ -232,6 +232,9 @@ function materialSlots(scene: Scene, index: number): Slot[] {
   const found = kindSlots(material, (kind) => put({...material, kind}));
   if (material.interior) {
     found.push(...interiorSlots(material.interior, (interior) => put({...material, interior})));
+  }
+  if (material.kind.case === 'shadowCatcher') {
+    return found;  // it cannot emit light
   }
   const emission = new Slots(material, put);
   if (material.emissionFlux) {
@@ -300,7 +303,7 @@ function lightSlots(scene: Scene, index: number): Slot[] {
   }
 }
 
-const kKindNames: Record<string, string> = {dielectric: 'glass', conductor: 'metal', cosinePower: 'cosine power', ies: 'IES'};
+const kKindNames: Record<string, string> = {dielectric: 'glass', conductor: 'metal', shadowCatcher: 'shadow catcher', cosinePower: 'cosine power', ies: 'IES'};
 
 /** Names, with a number added where a name repeats or is missing. */
 function titled(items: readonly {name: string; kind: {case?: string | undefined}}[], what: string, slotsOf: (index: number) => Slot[]): SlotGroup[] {
