@@ -41,6 +41,7 @@ def material(name, kind="BSDF_DIFFUSE", **inputs):
 NODES = {"BSDF_DIFFUSE": "ShaderNodeBsdfDiffuse", "BSDF_GLOSSY": "ShaderNodeBsdfGlossy", "BSDF_GLASS": "ShaderNodeBsdfGlass",
          "BSDF_PRINCIPLED": "ShaderNodeBsdfPrincipled", "BSDF_ANISOTROPIC": "ShaderNodeBsdfAnisotropic", "EMISSION": "ShaderNodeEmission",
          "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent", "BSDF_TRANSLUCENT": "ShaderNodeBsdfTranslucent", "FRESNEL": "ShaderNodeFresnel",
+         "SUBSURFACE_SCATTERING": "ShaderNodeSubsurfaceScattering",
          "LAYER_WEIGHT": "ShaderNodeLayerWeight"}
 
 
@@ -509,6 +510,28 @@ def leaf():
     sheet(mixture("leaf", GREEN, SHINING_THROUGH, veins), x=-1.8)
     sheet(mixture("rough leaf", rough, SHINING_THROUGH, 0.5), x=1.8)
     ball(mixture("lantern", GREEN, ("BSDF_TRANSLUCENT", {"Color": (0.5, 0.3, 0.2, 1)})), x=0.0)
+
+
+def skins(falloff, **inputs):
+    """A ball and a block that light enters and leaves."""
+    skin = material("skin", "SUBSURFACE_SCATTERING", Color=(0.7, 0.4, 0.25, 1), Radius=(1.0, 0.4, 0.2), Scale=0.3, **inputs)
+    shader_of(skin).falloff = falloff
+    under_the_sky(lifted=GAP, ball=skin, block=skin)
+
+
+@case
+def subsurface():
+    skins("RANDOM_WALK_FIXED_RADIUS")
+
+
+@case
+def subsurface_by_index():
+    skins("RANDOM_WALK", IOR=1.4)
+
+
+@case
+def subsurface_forwards():
+    skins("RANDOM_WALK_FIXED_RADIUS", Anisotropy=0.7)
 
 
 @case
