@@ -30,7 +30,7 @@ def read(self, inside):
     else:
         radius = radius * FIXED
     if np.any(albedo > 0.8):
-        self.notices.node(node, "bright colours of its subsurface scattering are up to 4 % darker than in Blender")
+        self.notices.node(node, "bright colours of its subsurface scattering are up to 5 % darker than in Blender")
     radius = np.maximum(radius, LEAST_SHARE * radius.max())
     interior = {"subsurface": {"color": {"rgb": [float(c) for c in albedo]}, "radius": {"rgb": [float(r) for r in radius]}},
                 "anisotropy": anisotropy}
