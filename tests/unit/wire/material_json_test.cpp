@@ -125,17 +125,17 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
   EXPECT_EQ(fog.absorption, RgbColor{});
   EXPECT_EQ(fog.scattering, (RgbColor{1, 2, 3}));
   EXPECT_EQ(fog.anisotropy, -0.5);
-  const Medium skin =
-      read(R"("diffuse": {"transmittance": {"rgb": [1, 1, 1]}}, "interior": {"subsurface": {"color": {"rgb": [0, 1, 1]},
+  const Medium skin = read(R"("diffuse": {"reflectance": {"rgb": [0, 0, 0]}, "transmittance": {"rgb": [1, 1, 1]}},
+              "interior": {"subsurface": {"color": {"rgb": [0, 1, 1]},
               "radius": {"rgb": [2, 4, 0.5]}}})")
-          .interior;
+                          .interior;
   EXPECT_NEAR(skin.absorption.r, 0.5, 1e-5);
   EXPECT_NEAR(skin.scattering.r, 0, 1e-5);
   EXPECT_NEAR(skin.scattering.g, 0.25, 1e-5);
   EXPECT_NEAR(skin.scattering.b, 2, 1e-5);
   EXPECT_NEAR(skin.absorption.b, 0, 1e-5);
   EXPECT_EQ(material_error(R"("dielectric": {}, "interior": {"scattering": {"rgb": [1, 2, 3]}, "subsurface": {}})"),
-            "m.json:2:69: materials[0].interior.scattering: give either this or subsurface");
+            "m.json:2:74: materials[0].interior.scattering: give either this or subsurface");
   EXPECT_NE(material_error(R"("dielectric": {}, "interior": {"subsurface": {"color": {"rgb": [0, 1, 1]},
                               "radius": {"rgb": [1, 1, 0]}}})")
                 .find("materials[0].interior.subsurface.radius: must be in ["),
