@@ -245,9 +245,14 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos) {
       return fail("", "the file is empty");
     }
-    const std::size_t before = text_.substr(0, token_).find_last_not_of(" \t\r\n");
-    if ((rest.starts_with('}') || rest.starts_with(']')) && before != std::string_view::npos && text_[before] == ',') {
-      return fail("", "not JSON: a comma before {}. Remove it", rest.front());
+    const std::string_view read(text_.data(), static_cast<std::size_t>(reached_ - text_.data()));
+    if (read.ends_with('}') || read.ends_with(']')) {
+      const std::size_t bracket = read.size() - 1;
+      const std::size_t before = read.substr(0, bracket).find_last_not_of(" \t\r\n");
+      if (before != std::string_view::npos && read[before] == ',') {
+        token_ = bracket;
+        return fail("", "not JSON: a comma before {}. Remove it", read[bracket]);
+      }
     }
     std::string what = error.what();
     if (const std::size_t column = what.find(", column "); column != std::string::npos) {
