@@ -11,7 +11,7 @@ endif()
 
 # No -ffast-math and no contraction: a sample's bits must not depend on how the compiler fuses operations.
 add_compile_options(-march=x86-64-v3 -ffp-contract=off -fno-math-errno -Wall -Wextra -Werror)
-set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # no -DNDEBUG, because checks stay on
+set(CMAKE_CXX_FLAGS_RELEASE "-O1")  # no -DNDEBUG, because checks stay on
 set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Sanitized code compiles in half the time. Without optimisation GCC does not see that a function cannot return after

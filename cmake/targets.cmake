@@ -68,42 +68,36 @@ endif()
 
 lightmill_precompile(lightmill_kernel_pch HEADERS <immintrin.h> OPTIONS ${LIGHTMILL_KERNEL_OPTIONS})
 
-# For code that simulations run for minutes. Without optimisation the address sanitizer slows it 30 times.
-if(LIGHTMILL_SANITIZE MATCHES "undefined" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  lightmill_precompile(lightmill_simulated_pch OPTIONS -O1)
+# Code that simulations run for minutes. Without optimisation the address sanitizer slows it 30 times.
+set(LIGHTMILL_SIMULATED_OPTIONS -O1)
+if(CMAKE_BUILD_TYPE STREQUAL "Release")
+  set(LIGHTMILL_SIMULATED_OPTIONS -O2)
 endif()
 
-# lightmill_sources(TARGET KIND): sets how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
-# the rest; optimised for compile time), SIMULATED or empty.
+lightmill_precompile(lightmill_simulated_pch OPTIONS ${LIGHTMILL_SIMULATED_OPTIONS})
+
+# lightmill_sources(TARGET KIND): sets how the sources of a target are compiled. KIND is KERNEL, SIMULATED or empty.
 function(lightmill_sources target kind)
   lightmill_unity(${target} 24)
   if(kind STREQUAL "KERNEL")
     target_compile_options(${target} PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
     target_precompile_headers(${target} REUSE_FROM lightmill_kernel_pch)
-  elseif(kind STREQUAL "SHELL")
-    if(CMAKE_BUILD_TYPE STREQUAL "Release")
-      target_compile_options(${target} PRIVATE -O1)
-    else()
-      target_precompile_headers(${target} REUSE_FROM lightmill_pch)
-    endif()
-  elseif(kind STREQUAL "SIMULATED" AND TARGET lightmill_simulated_pch)
-    target_compile_options(${target} PRIVATE -O1)
+  elseif(kind STREQUAL "SIMULATED")
+    target_compile_options(${target} PRIVATE ${LIGHTMILL_SIMULATED_OPTIONS})
     target_precompile_headers(${target} REUSE_FROM lightmill_simulated_pch)
   else()
     target_precompile_headers(${target} REUSE_FROM lightmill_pch)
   endif()
 endfunction()
 
-# lightmill_library(NAME [KERNEL | SHELL | SIMULATED] [SOURCES a.cpp ...] [DEPS lib ...] [PRIVATE_DEPS lib ...]): the static library
+# lightmill_library(NAME [KERNEL | SIMULATED] [SOURCES a.cpp ...] [DEPS lib ...] [PRIVATE_DEPS lib ...]): the static library
 # lightmill_NAME. Without SOURCES it has only headers.
 function(lightmill_library name)
-  cmake_parse_arguments(ARG "KERNEL;SHELL;SIMULATED" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "KERNEL;SIMULATED" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
   if(ARG_SOURCES)
     set(kind "")
     if(ARG_KERNEL)
       set(kind KERNEL)
-    elseif(ARG_SHELL)
-      set(kind SHELL)
     elseif(ARG_SIMULATED)
       set(kind SIMULATED)
     endif()
@@ -123,5 +117,5 @@ function(lightmill_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS})
-  lightmill_sources(${name} SHELL)
+  lightmill_sources(${name} "")
 endfunction()
