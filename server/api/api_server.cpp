@@ -1,7 +1,6 @@
 #include "server/api/api_server.h"
 
 #include <google/protobuf/descriptor.h>
-#include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -10,6 +9,7 @@
 #include "common/base/log.h"
 #include "lightmill/v1/access_service.grpc.pb.h"
 #include "server/api/grpc_access.h"
+#include "server/api/grpc_log.h"
 #include "server/api/health.h"
 #include "server/api/render_service.h"
 #include "server/api/scaler_service.h"
@@ -82,7 +82,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   auto parts = std::make_unique<Parts>(runtime, options);
   LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--listen", options.connections));
 
-  gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
+  redirect_grpc_log();
   grpc::EnableDefaultHealthCheckService(true);
   static std::once_flag reflection_once;
   std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });

@@ -1,5 +1,6 @@
 // HTTP requests of one connection: the page's files, the API, and the upgrade to a WebSocket.
 
+#include <boost/asio/ssl/error.hpp>
 #include <boost/beast/core/detect_ssl.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/string_body.hpp>
@@ -63,6 +64,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                               self->buffer_.consume(used);
                               if (!error) {
                                 self->read();
+                              } else if (error.category() == boost::asio::error::get_ssl_category()) {
+                                self->parts_.handshakes.add(self->peer_, error.message());
                               }
                             });
   }

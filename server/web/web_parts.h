@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "common/base/mutex.h"
+#include "server/listen/handshake_log.h"
 #include "server/listen/listener.h"
 #include "server/web/http_authenticator.h"
 #include "server/web/http_body.h"
@@ -62,6 +63,7 @@ struct WebParts {
   std::shared_ptr<boost::asio::thread_pool> side = std::make_shared<boost::asio::thread_pool>(2),
                                             disk = std::make_shared<boost::asio::thread_pool>(2);
   HttpAuthenticator authenticator;
+  HandshakeLog handshakes{"--http"};
   LiveHub hub;
   std::optional<boost::asio::io_context> io{1};
   std::optional<boost::asio::steady_timer> ticker, renewal;

@@ -207,6 +207,10 @@ TEST(Access, UntrustedCallersCannotConnect) {
   EXPECT_EQ(code(secure.channel(issue_certificate(secure.authority(), {"x", {"127.0.0.1"}, {}}, today()).value())),
             StatusCode::UNAVAILABLE)
       << "a coordinator's certificate is no caller's";
+  EXPECT_TRUE(eventually([&] {
+    return secure.farm().times_said("server",
+                                    "a TLS handshake on the port of --listen failed: certificate verify failed") >= 3;
+  })) << "each is logged";
   EXPECT_EQ(code(grpc::CreateChannel(secure.farm().address(), grpc::InsecureChannelCredentials())),
             StatusCode::UNAVAILABLE)
       << "without TLS";

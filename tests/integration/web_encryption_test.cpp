@@ -78,6 +78,29 @@ TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
   EXPECT_FALSE(serial().empty()) << "earlier readings stay";
 }
 
+TEST(WebAccess, FailedHandshakesAreLoggedWithTheirPeersTenAtOnce) {
+  SecureWeb web;
+  asio::io_context io;
+  asio::ssl::context trusting_nobody(asio::ssl::context::tls_client);
+  const auto log_lines = [&] {
+    return web.secure().farm().times_said("server", "a TLS handshake on the port of --http with 127.0.0.1:");
+  };
+  EXPECT_EQ(web.get("/api/v1/farm").result_int(), 401u);
+  EXPECT_EQ(log_lines(), 0);
+  for (int i = 1; i <= 30; ++i) {
+    TlsStream stream(web.socket(), trusting_nobody);
+    stream.set_verify_mode(asio::ssl::verify_peer);
+    beast::error_code error;
+    stream.handshake(asio::ssl::stream_base::client, error);
+    EXPECT_TRUE(error);
+    if (i == 1) {
+      EXPECT_TRUE(eventually([&] { return web.secure().farm().times_said("server", "alert unknown ca") == 1; }));
+    }
+  }
+  EXPECT_EQ(web.get("/api/v1/farm").result_int(), 401u) << "by now, it has seen the others";
+  EXPECT_EQ(log_lines(), 10);
+}
+
 TEST(WebAccess, PlainHttpGetsNoAnswer) {
   SecureWeb web;
   tcp::socket plain = web.socket();

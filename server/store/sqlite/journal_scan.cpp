@@ -1,5 +1,8 @@
 #include "server/store/sqlite/journal_scan.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -77,6 +80,14 @@ JournalScan scan_journal(const std::filesystem::path& journal) {
     scan.sound_frames += sound ? 1 : 0;
   }
   return scan;
+}
+
+std::string problem_of(const JournalScan& journal) {
+  if (journal.damaged) {
+    return fmt::format(" Its journal is damaged at frame {} of {}.", journal.sound_frames + 1,
+                       std::max(journal.frames, journal.sound_frames + 1));
+  }
+  return journal.frames == 0 ? " Its journal (-wal) is missing or empty." : "";
 }
 
 }  // namespace lightmill::sqlite

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace lightmill::sqlite {
 
@@ -18,5 +19,8 @@ struct JournalScan {
 
 /// Zeros if there is no journal.
 JournalScan scan_journal(const std::filesystem::path& journal);
+
+/// A sentence after a space: that the journal is damaged, or has no frames. Empty if it is sound.
+std::string problem_of(const JournalScan& journal);
 
 }  // namespace lightmill::sqlite

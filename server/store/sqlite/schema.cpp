@@ -104,7 +104,7 @@ PRAGMA temp_store = MEMORY;
 }  // namespace
 
 Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new,
-                    const Beginning& first) {
+                    const JournalScan& journal, const Beginning& first) {
   if (is_new) {
     LM_RETURN_IF_ERROR(database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL;"));
   }
@@ -120,7 +120,8 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
     return database.execute("COMMIT");
   }
   if (tables == 0 && version == 0) {
-    return failed_precondition("{} is empty, but commits were acknowledged. {}", file.string(), kLossAdvice);
+    return failed_precondition("{} is empty, but commits were acknowledged.{} {}", file.string(), problem_of(journal),
+                               kLossAdvice);
   }
   if (application != kApplicationId) {
     return failed_precondition(

@@ -1,6 +1,7 @@
 // Tables and settings of the SQLite store's file, format 15.
 #pragma once
 
+#include "server/store/sqlite/journal_scan.h"
 #include "server/store/sqlite/store_row.h"
 
 namespace lightmill::sqlite {
@@ -17,6 +18,6 @@ inline constexpr const char* kLossAdvice =
 /// Applies the settings and checks the format. `is_new`: the file did not exist. `may_be_new`: nothing was ever
 /// acknowledged here, so an empty file gets its tables and the values of `first`.
 Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new,
-                    const Beginning& first);
+                    const JournalScan& journal, const Beginning& first);
 
 }  // namespace lightmill::sqlite

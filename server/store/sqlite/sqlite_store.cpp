@@ -244,13 +244,6 @@ Result<Statements> prepare_statements(Database& database) {
   return all;
 }
 
-/// Explains a loss by the state of the journal.
-std::string damage_of(const sqlite::JournalScan& journal) {
-  return journal.damaged ? fmt::format(" Its journal is damaged at frame {} of {}.", journal.sound_frames + 1,
-                                       std::max(journal.frames, journal.sound_frames + 1))
-                         : "";
-}
-
 fs::path with_suffix(const fs::path& file, std::string_view suffix) {
   return file.string() + std::string(suffix);
 }
@@ -308,7 +301,8 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   }
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
   database.checkpoint_at_close(false);  // a refused store is not changed
-  LM_RETURN_IF_ERROR(sqlite::prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));
+  LM_RETURN_IF_ERROR(
+      sqlite::prepare_file(database, file, is_new, !chain.last() || options.accept_loss, journal, first));
   LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
   LM_ASSIGN_OR_RETURN(sqlite::StoreRow row, sqlite::read_store_row(database));
   LM_ASSIGN_OR_RETURN(const std::int64_t highest, database.number(sqlite::kHighestJob));
@@ -318,14 +312,14 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
     complete = stored::check_old_sums(database, row.sums);
   }
   if (!complete.ok() && !options.accept_loss) {
-    return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal),
+    return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), sqlite::problem_of(journal),
                                sqlite::kLossAdvice);
   }
   if (chain.last()) {
     found.highest_job = std::max(found.highest_job, chain.last()->highest_job);  // also of lost jobs
   }
   if (!complete.ok()) {
-    spdlog::warn("--accept-loss: {}.{}", message_of(complete), damage_of(journal));
+    spdlog::warn("--accept-loss: {}.{}", message_of(complete), sqlite::problem_of(journal));
     LM_RETURN_IF_ERROR(chain.restart(found));
   }
   if (version != kSqliteFormatVersion) {

@@ -90,6 +90,30 @@ TEST_F(LostCommits, AFlippedBitAnywhereInTheJournalIsNeverSilent) {
   EXPECT_GT(refused, kPositions / 2);
 }
 
+TEST_F(LostCommits, AMissingJournalIsNamed) {
+  for (const bool in_database : {false, true}) {  // whether earlier commits reached the database
+    for (const bool is_there : {false, true}) {
+      restore();
+      if (in_database) {
+        open();  // ends properly, so it needs no journal
+        std::filesystem::remove(journal_);
+        const auto store = open();
+        ASSERT_TRUE(store->load().ok());
+        std::filesystem::copy_file(file_, folder_.path() / "copy");
+        ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(4)}}).ok());
+        std::filesystem::rename(folder_.path() / "copy", file_);
+      }
+      std::filesystem::remove(journal_);
+      if (is_there) {
+        std::ofstream(journal_) << "";
+      }
+      const Status refused = open_sqlite_store(file_).status();
+      EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
+      EXPECT_NE(message_of(refused).find(" Its journal (-wal) is missing or empty."), std::string::npos) << refused;
+    }
+  }
+}
+
 TEST_F(LostCommits, AcceptedLossReusesNoJobId) {
   restore();
   std::filesystem::resize_file(journal_, std::filesystem::file_size(journal_) / 2);
