@@ -111,5 +111,20 @@ Translate 0 0 3 MediumInterface "fog" "" Material "interface" Shape "sphere")")
   }
 }
 
+// White media hide in a uniform sky, with and without refraction.
+TEST(PbrtAnswers, WhiteSubsurfaceHidesInUniformLight) {
+  for (const char* const body : {R"("rgb sigma_a" [0 0 0] "rgb sigma_s" [2 1 0.5] "float scale" 2)",
+                                 R"("rgb reflectance" [1 1 1] "rgb mfp" [0.25 0.5 1])"}) {
+    const auto image = pbrt_scene(R"(Camera "perspective" "float fov" 20 )" + film_of(8, 8) + R"(WorldBegin
+LightSource "infinite" "rgb L" [1 1 1]
+Translate 0 0 3 Material "subsurface" )" +
+                                  body + R"( Shape "sphere")")
+                           .render({"path", 4, 0}, 8);
+    for (int channel = 0; channel < 3; ++channel) {
+      expect_answer(mean_of(image, channel), 1, 1e-2);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <functional>
 
+#include "common/scene/document/subsurface.h"
 #include "common/scene_io/coat.h"
+#include "common/scene_io/measured_media.h"
 #include "common/scene_io/mixing.h"
 #include "common/scene_io/rough_axes.h"
 #include "common/scene_io/thin_glass.h"
@@ -20,6 +22,14 @@ float normal_reflectance(float n, float k, double ior) {
 
 RgbColor each(const RgbColor& c, const std::function<double(double)>& f) {
   return {static_cast<float>(f(c.r)), static_cast<float>(f(c.g)), static_cast<float>(f(c.b))};
+}
+
+/// The medium with its coefficients times a factor of 0 or more, up to what media can have.
+Medium scaled(Medium medium, double factor) {
+  for (RgbColor* const color : {&medium.absorption, &medium.scattering}) {
+    *color = each(*color, [&](double sigma) { return std::min(sigma * factor, kMaxAbsorption); });
+  }
+  return medium;
 }
 
 TexturedColor textured(const PbrtValue& value) {
@@ -113,8 +123,16 @@ Result<Material> PbrtMaterials::mixed(const Definition& definition) {
   if (!textured && (t == 0 || t == 1)) {
     return parts[t == 0 ? 0 : 1];
   }
-  const Result<Material> out = lightmill::mixed(parts[0], parts[1], t, {amount.texture}, notices_);
-  return out.ok() ? out : from.place().error("{}", message_of(out.status()));
+  const Medium none, &first = parts[0].interior, &second = parts[1].interior;
+  if (first != none && second != none && first != second) {
+    return from.place().error("a mixture of two subsurface media cannot be rendered");
+  }
+  Result<Material> out = lightmill::mixed(parts[0], parts[1], t, {amount.texture}, notices_);
+  if (!out.ok()) {
+    return from.place().error("{}", message_of(out.status()));
+  }
+  out->interior = first == none ? second : first;
+  return out;
 }
 
 void PbrtMaterials::set_kind(const std::string& type, const PbrtParameters& from, Material& out) {
@@ -143,6 +161,8 @@ void PbrtMaterials::set_kind(const std::string& type, const PbrtParameters& from
       notices_.left_out("dispersion: glass has its index of refraction at 587.6 nm");
     }
     out.kind = DielectricMaterial{spectra_.ior(from, "eta", 1.5), roughness(from, "")};
+  } else if (type == "subsurface") {
+    subsurface(from, out);
   } else if (type == "conductor") {
     out.kind = conductor(from, "");
     if (const PbrtParameter* reflectance = from.find("reflectance");
@@ -193,6 +213,43 @@ ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std
     out = {};
   }
   return out;
+}
+
+/// Glass around a medium. By a reflectance, it is a sheet that does not refract around a medium of that colour.
+void PbrtMaterials::subsurface(const PbrtParameters& from, Material& out) {
+  constexpr double kLargestScale = 1e20;
+  const double scale = from.number("scale", 1, 0, kLargestScale), ior = spectra_.ior(from, "eta", 1.33);
+  const double rough = roughness(from, ""), g = from.number("g", 0, -kMaxMeanCosine, kMaxMeanCosine);
+  out.kind = DielectricMaterial{ior, rough};
+  if (const std::string name = from.text("name", ""); !name.empty()) {
+    const std::optional<Medium> found = measured_medium(name);
+    if (!found) {
+      from.fail("name", fmt::format("there is no measured medium \"{}\"", name));
+    }
+    out.interior = scaled(found.value_or(Medium{}), scale);
+    return;
+  }
+  if (from.has("sigma_a") != from.has("sigma_s")) {
+    from.fail(from.has("sigma_a") ? "sigma_a" : "sigma_s", "needs sigma_a and sigma_s together");
+  }
+  if (from.has("reflectance") && !from.has("sigma_a")) {
+    notices_.once("subsurface materials with a reflectance are rendered as a sheet that does not refract or reflect");
+    out.single_scattering = false;
+    DiffuseMaterial sheet;
+    sheet.reflectance = {0, 0, 0};
+    sheet.transmittance = {1, 1, 1};
+    out.kind = sheet;
+    const RgbColor length = spectra_.coefficient(from, "mfp").value_or(RgbColor{1, 1, 1});
+    constexpr double kShortest = 1e-6;
+    out.interior = subsurface_medium(spectra_.reflectance(from, "reflectance").value_or(RgbColor{}),
+                                     each(length, [&](double l) { return std::max(l * scale, kShortest); }), g);
+    return;
+  }
+  const Medium milk = measured_medium("Wholemilk").value();  // pbrt's default
+  out.interior.absorption = spectra_.coefficient(from, "sigma_a").value_or(milk.absorption);
+  out.interior.scattering = spectra_.coefficient(from, "sigma_s").value_or(milk.scattering);
+  out.interior.anisotropy = g;
+  out.interior = scaled(out.interior, scale);
 }
 
 void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {
@@ -267,17 +324,18 @@ Status PbrtMedia::define(const std::string& name, const PbrtParameters& from) {
   if (const std::string type = from.text("type", ""); type != "homogeneous") {
     return from.place().error("only homogeneous media can be rendered, got \"{}\"", type);
   }
-  if (from.has("preset")) {
-    from.fail("preset", "presets are unknown: give sigma_a and sigma_s");
-  }
-  const double scale = from.number("scale", 1, 0, 1e20);
-  const auto coefficient = [&](std::string_view which) {
-    return each(spectra_.coefficient(from, which).value_or(RgbColor{1, 1, 1}),
-                [&](double sigma) { return std::min(sigma * scale, kMaxAbsorption); });
-  };
   Medium out;
-  out.absorption = coefficient("sigma_a");
-  out.scattering = coefficient("sigma_s");
+  if (const std::string preset = from.text("preset", ""); !preset.empty()) {
+    const std::optional<Medium> found = measured_medium(preset);
+    if (!found) {
+      from.fail("preset", fmt::format("there is no measured medium \"{}\"", preset));
+    }
+    out = found.value_or(Medium{});
+  } else {
+    out.absorption = spectra_.coefficient(from, "sigma_a").value_or(RgbColor{1, 1, 1});
+    out.scattering = spectra_.coefficient(from, "sigma_s").value_or(RgbColor{1, 1, 1});
+  }
+  out = scaled(out, from.number("scale", 1, 0, 1e20));
   out.anisotropy = from.number("g", 0, -1, 1);
   if (std::abs(out.anisotropy) > kMaxMeanCosine) {
     notices_.once(fmt::format("media with a mean cosine beyond ±{0} have ±{0}", kMaxMeanCosine));

@@ -37,6 +37,7 @@ class PbrtMaterials {
   Result<Material> mixed(const Definition& definition);
   void set_kind(const std::string& type, const PbrtParameters& from, Material& out);
   ConductorMaterial conductor(const PbrtParameters& from, const std::string& prefix);
+  void subsurface(const PbrtParameters& from, Material& out);
   void coated_diffuse(const PbrtParameters& from, Material& out);
   void coated_conductor(const PbrtParameters& from, Material& out);
   /// alpha of GGX along u and v. Textures are left out, with a notice.

@@ -266,7 +266,10 @@ Result<Material> PbrtWorld::material_of(const Use& use) {
     if (!is_black(use.emission) && materials_.is_interface(number)) {
       return use.place.error("a light on an interface cannot be rendered");
     }
-    LM_ASSIGN_OR_RETURN(out.interior, media_.find(use.inside, use.place));
+    LM_ASSIGN_OR_RETURN(const Medium inside, media_.find(use.inside, use.place));
+    if (out.interior == Medium{}) {  // that of subsurface materials counts
+      out.interior = inside;
+    }
   } else if (visible) {
     if (out.opacity.mode != Opacity::Mode::opaque) {
       return use.place.error("alpha of a transparent material cannot be rendered");

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "common/scene/document/subsurface.h"
+
 namespace lightmill::test {
 namespace {
 
@@ -176,7 +178,7 @@ TEST(PbrtMaterials, ThinSheetsTransmitLight) {
 }
 
 TEST(PbrtMaterials, UnsupportedMaterialsAreErrors) {
-  for (const char* type : {"hair", "measured", "subsurface", "x"}) {
+  for (const char* type : {"hair", "measured", "x"}) {
     EXPECT_EQ(pbrt_error(fmt::format("Material \"{}\"\nShape \"sphere\"", type)),
               fmt::format("a.pbrt:3: materials of the type \"{}\" cannot be rendered", type));
   }
@@ -247,6 +249,63 @@ TEST(PbrtTextures, UnsupportedTexturesAreErrorsWhereTheyAreUsed) {
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   EXPECT_EQ(loaded->faults.notices(),
             std::vector<std::string>{"a.pbrt:1: cannot open none.png. The texture is left out"});
+}
+
+TEST(PbrtMaterials, SubsurfaceIsGlassAroundAMediumThatScatters) {
+  const Material milk = pbrt_material("Material \"subsurface\"");
+  EXPECT_EQ(std::get<DielectricMaterial>(milk.kind).ior, 1.33);
+  EXPECT_EQ(milk.interior.absorption, (RgbColor{0.0011f, 0.0024f, 0.014f}));
+  EXPECT_EQ(milk.interior.scattering, (RgbColor{2.55f, 3.21f, 3.77f}));
+  const Material wax = pbrt_material(
+      R"(Material "subsurface" "rgb sigma_a" [1 2 3] "rgb sigma_s" [4 5 6] "float scale" 0.5 "float g" 0.25 "float eta" 1.5 "float roughness" 0.0625)");
+  EXPECT_EQ(std::get<DielectricMaterial>(wax.kind).ior, 1.5);
+  EXPECT_NEAR(std::get<DielectricMaterial>(wax.kind).roughness, 0.5, 1e-6);
+  EXPECT_EQ(wax.interior.absorption, (RgbColor{0.5f, 1, 1.5f}));
+  EXPECT_EQ(wax.interior.scattering, (RgbColor{2, 2.5f, 3}));
+  EXPECT_EQ(wax.interior.anisotropy, 0.25);
+  const Material skin = pbrt_material(R"(Material "subsurface" "string name" "Skin1" "float scale" 10 "float g" 0.5)");
+  EXPECT_EQ(skin.interior.absorption, (RgbColor{10 * 0.032f, 10 * 0.17f, 10 * 0.48f}));
+  EXPECT_EQ(skin.interior.scattering, (RgbColor{10 * 0.74f, 10 * 0.88f, 10 * 1.01f}));
+  EXPECT_EQ(skin.interior.anisotropy, 0) << "reduced coefficients";
+  EXPECT_EQ(pbrt_error("Material \"subsurface\" \"string name\" \"Skin9\" Shape \"sphere\""),
+            "a.pbrt:3: Material subsurface: string name: there is no measured medium \"Skin9\"");
+  EXPECT_EQ(pbrt_error("Material \"subsurface\" \"rgb sigma_a\" [1 1 1] Shape \"sphere\""),
+            "a.pbrt:3: Material subsurface: rgb sigma_a: needs sigma_a and sigma_s together");
+}
+
+TEST(PbrtMaterials, SubsurfaceByReflectanceIsASheet) {
+  std::vector<std::string> notices;
+  const Material wax = pbrt_material(
+      R"(Material "subsurface" "rgb reflectance" [0.8 0.5 0.2] "rgb mfp" [2 1 0.5] "float scale" 0.5)", &notices);
+  EXPECT_EQ(std::get<DiffuseMaterial>(wax.kind).transmittance.rgb, (RgbColor{1, 1, 1}));
+  EXPECT_EQ(wax.interior, subsurface_medium({0.8f, 0.5f, 0.2f}, {1, 0.5f, 0.25f}, 0));
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find("does not refract"), std::string::npos) << notices[0];
+}
+
+TEST(PbrtMaterials, MixturesKeepAMediumOfSubsurface) {
+  const std::string parts = R"(MakeNamedMaterial "wax" "string type" "subsurface"
+MakeNamedMaterial "milk" "string type" "subsurface" "float scale" 2
+MakeNamedMaterial "paint" "string type" "diffuse"
+)";
+  for (const char* const names : {"\"wax\" \"paint\"", "\"paint\" \"wax\"", "\"wax\" \"wax\""}) {
+    EXPECT_EQ(pbrt_material(parts + fmt::format("Material \"mix\" \"string materials\" [{}]", names)).interior,
+              pbrt_material("Material \"subsurface\"").interior)
+        << names;
+  }
+  EXPECT_EQ(pbrt_error(parts + R"(Material "mix" "string materials" ["wax" "milk"] Shape "sphere")"),
+            "a.pbrt:6: a mixture of two subsurface media cannot be rendered");
+}
+
+TEST(PbrtMedia, PresetsAreMeasuredMedia) {
+  const Material fog = pbrt_material(
+      R"(MakeNamedMedium "fog" "string type" "homogeneous" "string preset" "Regular Milk" "float scale" 0.5 "float g" 0.25
+Material "interface" MediumInterface "fog" "")");
+  EXPECT_EQ(fog.interior.absorption, (RgbColor{0.0015333f / 2, 0.0046f / 2, 0.019933f / 2}));
+  EXPECT_EQ(fog.interior.scattering, (RgbColor{4.5513f / 2, 5.8294f / 2, 7.136f / 2}));
+  EXPECT_EQ(fog.interior.anisotropy, 0.25);
+  EXPECT_EQ(pbrt_error(R"(MakeNamedMedium "fog" "string type" "homogeneous" "string preset" "mud")"),
+            "a.pbrt:3: MakeNamedMedium fog: string preset: there is no measured medium \"mud\"");
 }
 
 TEST(PbrtMedia, FillTheirShapes) {
