@@ -18,7 +18,7 @@
 #include "server/server_options.h"
 #include "server/store/asset_folder.h"
 #include "server/store/check_state.h"
-#include "server/store/data_directory.h"
+#include "server/store/data_folder.h"
 #include "server/store/postgres/postgres_store.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "server/web/web_server.h"
@@ -85,7 +85,7 @@ class StopRequest {
 
 /// All stored state, and the lock on it.
 struct State {
-  std::optional<DataDirectory> data;
+  std::optional<DataFolder> data;
   std::unique_ptr<Store> store;
   std::unique_ptr<AssetStore> assets;
   std::string place;
@@ -120,7 +120,7 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
     postgres.read_only = options.check;
     postgres.accept_loss = options.accept_loss;
     if (!options.data.empty()) {
-      LM_ASSIGN_OR_RETURN(state.data, DataDirectory::open(options.data));
+      LM_ASSIGN_OR_RETURN(state.data, DataFolder::open(options.data));
       postgres.chain = state.data->path() / "postgres-chain";
     }
     postgres.wait = [&](std::chrono::milliseconds pause) { return stop.wait_for(pause); };
@@ -131,7 +131,7 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
     state.place = std::move(stores.place);
     return state;
   }
-  LM_ASSIGN_OR_RETURN(DataDirectory data, DataDirectory::open(options.data));
+  LM_ASSIGN_OR_RETURN(DataFolder data, DataFolder::open(options.data));
   LM_ASSIGN_OR_RETURN(state.store, open_sqlite_store(data.database_file(), {.accept_loss = options.accept_loss}));
   LM_ASSIGN_OR_RETURN(state.assets, open_asset_folder(data.assets_folder(), asset_limits(options)));
   state.place = data.path().string();
@@ -157,7 +157,7 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
   if (options.store.empty()) {
     // Opening would create a missing store.
     std::error_code error;
-    if (const std::uintmax_t bytes = fs::file_size(DataDirectory::database_file_of(options.data), error);
+    if (const std::uintmax_t bytes = fs::file_size(DataFolder::database_file_of(options.data), error);
         error || bytes == 0) {
       return not_found("there is no farm in {}: its lightmill.sqlite: {}", options.data,
                        error ? error.message() : std::string("it is empty"));

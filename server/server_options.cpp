@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string default_data_directory() {
+std::string default_data_folder() {
   if (const char* xdg = std::getenv("XDG_DATA_HOME"); xdg != nullptr && *xdg == '/') {
     return (fs::path(xdg) / "lightmill").string();
   }
@@ -252,7 +252,7 @@ void add_keeping_options(CLI::App& app, ServerOptions& options) {
 
 const CLI::App& add_check_command(CLI::App& app, ServerOptions& options) {
   CLI::App* const check = app.add_subcommand("check", "Check all stored data against its checksums.");
-  add_state_options(*check, options, "directory of all state. ",
+  add_state_options(*check, options, "folder of all state. ",
                     "check even if the database has lost acknowledged commits. Otherwise such a database is refused");
   add_log_options(*check, options.log);
   check->footer(
@@ -268,7 +268,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   CLI::App app{
       "The coordinator of a Lightmill farm: takes jobs from `lightmill`, gives them to `lightmill-worker`s in units, "
       "and stores the results.\n\nStart one, then workers with --server HOST:PORT, then render with `lightmill "
-      "render SCENE`.\nStop it with Ctrl-C or SIGTERM. Started again on the same directory, it resumes.\n\nSeveral "
+      "render SCENE`.\nStop it with Ctrl-C or SIGTERM. Started again on the same folder, it resumes.\n\nSeveral "
       "coordinators can share one --store: one is active, and a standby takes over within seconds.\n",
       "lightmill-server"};
   app.footer(
@@ -279,7 +279,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion),
                        "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
-  add_state_options(app, options, "directory of all its state; created if missing. ",
+  add_state_options(app, options, "folder of all its state; created if missing. ",
                     "start even if the database has lost acknowledged commits, and continue without them. Otherwise "
                     "such a database is refused");
   add_listen_options(app, options);
@@ -294,7 +294,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   return parse_options(app, argc, argv, [&] {
     options.check = check.parsed();
     if (options.data.empty() && options.store.empty()) {
-      options.data = default_data_directory();
+      options.data = default_data_folder();
     }
     return check_options(options);
   });

@@ -18,7 +18,7 @@ inline constexpr double kMinWireGib = 0.0625;  ///< room for a few messages
 
 struct ServerOptions {
   std::string data;
-  std::string store;  ///< empty: SQLite in the data directory
+  std::string store;  ///< empty: SQLite in the data folder
   bool accept_loss = false;
   std::string listen = "127.0.0.1:7350";
   std::string port_file;

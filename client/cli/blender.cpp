@@ -27,7 +27,7 @@ class TemporaryFolder {
     const fs::path root = fs::temp_directory_path(error);
     std::string name = ((error ? fs::path("/tmp") : root) / "lightmill-blend-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) {
-      return failed_precondition("cannot create a directory for Blender's output, {}: {}", name, std::strerror(errno));
+      return failed_precondition("cannot create a folder for Blender's output, {}: {}", name, std::strerror(errno));
     }
     return TemporaryFolder(name);
   }

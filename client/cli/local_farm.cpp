@@ -26,7 +26,7 @@ fs::path temporary_root() {
   return error ? fs::path("/tmp") : root;
 }
 
-/// Whether this is the directory of a local farm whose client has ended.
+/// Whether this is the folder of a local farm whose client has ended.
 bool is_abandoned(const fs::path& path) {
   const std::string name = path.filename().string();
   struct stat info {};
@@ -53,7 +53,7 @@ void remove_abandoned() {
 Result<fs::path> make_folder() {
   std::string name = (temporary_root() / fmt::format("{}{}-XXXXXX", kFolderPrefix, ::getpid())).string();
   if (::mkdtemp(name.data()) == nullptr) {
-    return failed_precondition("cannot create a directory for a local farm, {}: {}", name, std::strerror(errno));
+    return failed_precondition("cannot create a folder for a local farm, {}: {}", name, std::strerror(errno));
   }
   return fs::path(name);
 }

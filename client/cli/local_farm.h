@@ -1,8 +1,8 @@
 // A farm for one command: real coordinator and worker processes on a free loopback port, with a temporary data
-// directory.
+// folder.
 //
 // All its data is deleted with it, so its processes end by SIGKILL. If the client itself is killed, the kernel kills
-// them, and the next local farm removes the directory.
+// them, and the next local farm removes the folder.
 #pragma once
 
 #include <filesystem>

@@ -14,8 +14,8 @@ struct StrongId {
   friend auto operator<=>(const StrongId&, const StrongId&) = default;
 };
 
-using JobId = StrongId<struct JobTag>;                   ///< Counts up from 1 in one data directory.
-using LeaseId = StrongId<struct LeaseTag>;               ///< Unique within one data directory: epoch·2^32 + count.
+using JobId = StrongId<struct JobTag>;                   ///< Counts up from 1 in one data folder.
+using LeaseId = StrongId<struct LeaseTag>;               ///< Unique within one data folder: epoch·2^32 + count.
 using SessionId = StrongId<struct SessionTag>;           ///< One connection of one worker; unique within an epoch.
 using TileId = StrongId<struct TileTag, std::uint32_t>;  ///< Index into a TileGrid, row by row.
 

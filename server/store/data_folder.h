@@ -1,4 +1,4 @@
-// The coordinator's data directory and its exclusive lock.
+// The coordinator's data folder and its exclusive lock.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace lightmill {
 
-/// Holds the lock on a data directory. The lock ends with the process.
-class DataDirectory {
+/// Holds the lock on a data folder. The lock ends with the process.
+class DataFolder {
  public:
-  /// Creates the directory if it does not exist, and locks it. FAILED_PRECONDITION if another coordinator uses it; the
-  /// message names the directory and the process.
-  static Result<DataDirectory> open(const std::filesystem::path& path);
+  /// Creates the folder if it does not exist, and locks it. FAILED_PRECONDITION if another coordinator uses it; the
+  /// message names the folder and the process.
+  static Result<DataFolder> open(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path database_file() const { return database_file_of(path_); }
@@ -21,7 +21,7 @@ class DataDirectory {
   std::filesystem::path assets_folder() const { return path_ / "assets"; }
 
  private:
-  DataDirectory(std::filesystem::path path, FileLock lock) : path_(std::move(path)), lock_(std::move(lock)) {}
+  DataFolder(std::filesystem::path path, FileLock lock) : path_(std::move(path)), lock_(std::move(lock)) {}
   std::filesystem::path path_;
   FileLock lock_;
 };

@@ -11,7 +11,7 @@
 namespace lightmill {
 
 /// FAILED_PRECONDITION unless `found`, the format of the store at `place`, is `known`. The message says what to do.
-/// `elsewhere` is the alternative, such as "another directory with --data".
+/// `elsewhere` is the alternative, such as "another folder with --data".
 Status check_store_format(std::string_view place, std::int64_t found, std::int64_t known, std::string_view elsewhere);
 
 /// Writes `state` to a store without jobs, some MiB per commit. The databases copy epoch, secret and next job id

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "common/base/check.h"
-#include "server/store/data_directory.h"
+#include "server/store/data_folder.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/support/farm.h"
 #include "tests/support/paths.h"
@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   fs::create_directories(data);
-  const fs::path file = DataDirectory::database_file_of(data);
+  const fs::path file = DataFolder::database_file_of(data);
   if (!fs::exists(file)) {
     const std::unique_ptr<Store> store = open_sqlite_store(file).value();
     LM_CHECK(store->load().ok());

@@ -1,4 +1,4 @@
-// The coordinator's API: errors, paging, watching, and exclusive use of a data directory.
+// The coordinator's API: errors, paging, watching, and exclusive use of a data folder.
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 

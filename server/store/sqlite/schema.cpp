@@ -125,12 +125,12 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
   }
   if (application != kApplicationId) {
     return failed_precondition(
-        "{} is not a Lightmill store (application id {:#x}): choose another directory with --data", file.string(),
+        "{} is not a Lightmill store (application id {:#x}): choose another folder with --data", file.string(),
         application);
   }
   return version >= kSameRowsVersion && version < kSqliteFormatVersion
              ? ok_status()
-             : check_store_format(file.string(), version, kSqliteFormatVersion, "another directory with --data");
+             : check_store_format(file.string(), version, kSqliteFormatVersion, "another folder with --data");
 }
 
 }  // namespace lightmill::sqlite

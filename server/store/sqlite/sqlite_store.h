@@ -19,7 +19,7 @@ struct SqliteOptions {
 };
 
 /// Opens or creates the store's file, and next to it the record of the last commit (commit_chain.h). The caller holds
-/// the lock of the data directory (server/store/data_directory.h). A refused store is not changed.
+/// the lock of the data folder (server/store/data_folder.h). A refused store is not changed.
 /// - FAILED_PRECONDITION: another format, or another program's file. From load(): small rows are lost or outdated.
 /// - DATA_LOSS: not a database, damaged, or acknowledged commits are lost.
 /// load() logs damaged nodes and leaves them out. Tiles with lost or old rows of nodes or results are rendered again.

@@ -8,7 +8,7 @@
 
 #include "common/base/file.h"
 #include "server/store/commit_chain.h"
-#include "server/store/data_directory.h"
+#include "server/store/data_folder.h"
 #include "server/store/row_values.h"
 #include "server/store/sqlite/format_12.h"
 #include "tests/support/paths.h"
@@ -109,15 +109,15 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithARemedy) {
   EXPECT_EQ(refusal_of(kSqliteFormatVersion + 1),
             file_.string() +
                 " has store format 16, newer than format 15 of this lightmill-server: use the newer "
-                "lightmill-server that wrote it, or choose another directory with --data");
+                "lightmill-server that wrote it, or choose another folder with --data");
   EXPECT_EQ(refusal_of(sqlite::kOldestFormat - 1),
             file_.string() +
                 " has store format 11, older than format 15 of this lightmill-server: use the older "
-                "lightmill-server that wrote it, or choose another directory with --data");
+                "lightmill-server that wrote it, or choose another folder with --data");
   for (const int nonsense : {0, -1}) {
     EXPECT_EQ(refusal_of(nonsense),
               fmt::format("{} has store format {}, which no lightmill-server writes: restore a backup, or "
-                          "choose another directory with --data",
+                          "choose another folder with --data",
                           file_.string(), nonsense));
   }
   sql(fmt::format("PRAGMA user_version = {}", kSqliteFormatVersion));
@@ -363,19 +363,19 @@ TEST_F(SqliteStoreTest, ALoadAfterOneThatFailedStillFindsLostRows) {
   EXPECT_EQ(store->load()->damaged.size(), 1u);
 }
 
-TEST(DataDirectory, HasOneUserAtATime) {
+TEST(DataFolder, HasOneUserAtATime) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "deep" / "data";
   {
-    const auto first = DataDirectory::open(path);
+    const auto first = DataFolder::open(path);
     ASSERT_TRUE(first.ok()) << first.status();
-    const auto second = DataDirectory::open(path);
+    const auto second = DataFolder::open(path);
     EXPECT_EQ(second.status().code(), StatusCode::kFailedPrecondition);
     EXPECT_NE(message_of(second.status()).find(path.string()), std::string::npos);
     EXPECT_NE(message_of(second.status()).find("--data"), std::string::npos);
     EXPECT_NE(message_of(second.status()).find(std::to_string(::getpid())), std::string::npos);
   }
-  EXPECT_TRUE(DataDirectory::open(path).ok()) << "the lock falls with its owner";
+  EXPECT_TRUE(DataFolder::open(path).ok()) << "the lock falls with its owner";
 }
 
 }  // namespace
