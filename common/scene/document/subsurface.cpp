@@ -11,6 +11,11 @@ double scattering_albedo(double color, double anisotropy) {
   return (1 - s * s) / (1 - anisotropy * s * s);
 }
 
+double returned_share(double albedo, double anisotropy) {
+  const double s = std::sqrt((1 - albedo) / (1 - albedo * anisotropy));
+  return (1 - s) * (1 - 0.139 * s) / (1 + 1.17 * s);
+}
+
 Medium subsurface_medium(const RgbColor& color, const RgbColor& radius, double anisotropy) {
   Medium out;
   out.anisotropy = anisotropy;

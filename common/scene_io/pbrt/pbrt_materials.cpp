@@ -32,6 +32,20 @@ Medium scaled(Medium medium, double factor) {
   return medium;
 }
 
+/// The medium whose thick bodies, without a refracting surface, return what this one returns below a smooth surface.
+Medium below_surface(Medium medium, double ior) {
+  for (const auto channel : {&RgbColor::r, &RgbColor::g, &RgbColor::b}) {
+    const double extinction = double{medium.absorption.*channel} + medium.scattering.*channel;
+    const double albedo = extinction > 0 ? medium.scattering.*channel / extinction : 0;
+    const auto share = static_cast<float>(returned_share(albedo, medium.anisotropy));
+    const double below = coated({share, share, share}, ior).rgb.r;
+    const double scattering = extinction * scattering_albedo(below, medium.anisotropy);
+    medium.scattering.*channel = static_cast<float>(scattering);
+    medium.absorption.*channel = static_cast<float>(extinction - scattering);
+  }
+  return medium;
+}
+
 TexturedColor textured(const PbrtValue& value) {
   return {value.color, value.texture};
 }
@@ -215,41 +229,42 @@ ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std
   return out;
 }
 
-/// Glass around a medium. By a reflectance, it is a sheet that does not refract around a medium of that colour.
+/// A sheet that does not refract, so that all light of all emitters is found. Its medium has the extinction of pbrt's, and
+/// the colour of pbrt's below the surface: light that leaves is partly reflected back inside.
 void PbrtMaterials::subsurface(const PbrtParameters& from, Material& out) {
-  constexpr double kLargestScale = 1e20;
-  const double scale = from.number("scale", 1, 0, kLargestScale), ior = spectra_.ior(from, "eta", 1.33);
-  const double rough = roughness(from, ""), g = from.number("g", 0, -kMaxMeanCosine, kMaxMeanCosine);
-  out.kind = DielectricMaterial{ior, rough};
-  if (const std::string name = from.text("name", ""); !name.empty()) {
-    const std::optional<Medium> found = measured_medium(name);
-    if (!found) {
-      from.fail("name", fmt::format("there is no measured medium \"{}\"", name));
-    }
-    out.interior = scaled(found.value_or(Medium{}), scale);
-    return;
+  constexpr double kLargestScale = 1e20, kShortest = 1e-6;
+  notices_.once("subsurface materials are rendered as a sheet around a medium of their colour, which has no highlight");
+  for (const char* unused : {"roughness", "uroughness", "vroughness", "remaproughness"}) {
+    from.find(unused);
   }
+  out.single_scattering = false;
+  DiffuseMaterial sheet;
+  sheet.reflectance = {0, 0, 0};
+  sheet.transmittance = {1, 1, 1};
+  out.kind = sheet;
+  const double scale = from.number("scale", 1, 0, kLargestScale), ior = spectra_.ior(from, "eta", 1.33);
+  const double g = from.number("g", 0, -kMaxMeanCosine, kMaxMeanCosine);
+  const std::string name = from.text("name", "");
   if (from.has("sigma_a") != from.has("sigma_s")) {
     from.fail(from.has("sigma_a") ? "sigma_a" : "sigma_s", "needs sigma_a and sigma_s together");
   }
-  if (from.has("reflectance") && !from.has("sigma_a")) {
-    notices_.once("subsurface materials with a reflectance are rendered as a sheet that does not refract or reflect");
-    out.single_scattering = false;
-    DiffuseMaterial sheet;
-    sheet.reflectance = {0, 0, 0};
-    sheet.transmittance = {1, 1, 1};
-    out.kind = sheet;
+  if (from.has("reflectance") && name.empty() && !from.has("sigma_a")) {
     const RgbColor length = spectra_.coefficient(from, "mfp").value_or(RgbColor{1, 1, 1});
-    constexpr double kShortest = 1e-6;
-    out.interior = subsurface_medium(spectra_.reflectance(from, "reflectance").value_or(RgbColor{}),
-                                     each(length, [&](double l) { return std::max(l * scale, kShortest); }), g);
+    out.interior =
+        subsurface_medium(spectra_.reflectance(from, "reflectance").value_or(RgbColor{}),
+                          each(length, [&](double l) { return std::max(l * scale / (1 - g), kShortest); }), g);
     return;
   }
-  const Medium milk = measured_medium("Wholemilk").value();  // pbrt's default
-  out.interior.absorption = spectra_.coefficient(from, "sigma_a").value_or(milk.absorption);
-  out.interior.scattering = spectra_.coefficient(from, "sigma_s").value_or(milk.scattering);
-  out.interior.anisotropy = g;
-  out.interior = scaled(out.interior, scale);
+  std::optional<Medium> medium = measured_medium(name.empty() ? "Wholemilk" : name);  // pbrt's default is milk
+  if (!medium) {
+    return from.fail("name", fmt::format("there is no measured medium \"{}\"", name));
+  }
+  if (name.empty()) {
+    medium->absorption = spectra_.coefficient(from, "sigma_a").value_or(medium->absorption);
+    medium->scattering = spectra_.coefficient(from, "sigma_s").value_or(medium->scattering);
+    medium->anisotropy = g;
+  }
+  out.interior = below_surface(scaled(*medium, scale), ior);
 }
 
 void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {

@@ -267,7 +267,7 @@ Result<Material> PbrtWorld::material_of(const Use& use) {
       return use.place.error("a light on an interface cannot be rendered");
     }
     LM_ASSIGN_OR_RETURN(const Medium inside, media_.find(use.inside, use.place));
-    if (out.interior == Medium{}) {  // that of subsurface materials counts
+    if (out.interior == Medium{}) {  // a subsurface material has its own
       out.interior = inside;
     }
   } else if (visible) {
