@@ -111,7 +111,7 @@ Translate 0 0 3 MediumInterface "fog" "" Material "interface" Shape "sphere")")
   }
 }
 
-// White media hide in a uniform sky, with and without refraction.
+// White bodies hide in a uniform sky, by coefficients and by reflectance.
 TEST(PbrtAnswers, WhiteSubsurfaceHidesInUniformLight) {
   for (const char* const body : {R"("rgb sigma_a" [0 0 0] "rgb sigma_s" [2 1 0.5] "float scale" 2)",
                                  R"("rgb reflectance" [1 1 1] "rgb mfp" [0.25 0.5 1])"}) {

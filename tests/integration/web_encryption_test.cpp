@@ -98,7 +98,8 @@ TEST(WebAccess, FailedHandshakesAreLoggedWithTheirPeersTenAtOnce) {
     }
   }
   EXPECT_EQ(web.get("/api/v1/farm").result_int(), 401u) << "by now, it has seen the others";
-  EXPECT_EQ(log_lines(), 10);
+  EXPECT_GE(log_lines(), 10);
+  EXPECT_LT(log_lines(), 20) << "one a minute";
 }
 
 TEST(WebAccess, PlainHttpGetsNoAnswer) {

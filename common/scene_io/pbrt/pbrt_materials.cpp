@@ -24,6 +24,18 @@ RgbColor each(const RgbColor& c, const std::function<double(double)>& f) {
   return {static_cast<float>(f(c.r)), static_cast<float>(f(c.g)), static_cast<float>(f(c.b))};
 }
 
+constexpr double kLargestScale = 1e20;  ///< of a medium's coefficients
+
+/// The medium that this parameter names, per millimetre. Reports a name that is unknown.
+Medium named_medium(const PbrtParameters& from, const std::string& parameter) {
+  const std::string name = from.text(parameter, "");
+  const std::optional<Medium> found = measured_medium(name);
+  if (!found) {
+    from.fail(parameter, fmt::format("there is no measured medium \"{}\": give sigma_a and sigma_s instead", name));
+  }
+  return found.value_or(Medium{});
+}
+
 /// The medium with its coefficients times a factor of 0 or more, up to what media can have.
 Medium scaled(Medium medium, double factor) {
   for (RgbColor* const color : {&medium.absorption, &medium.scattering}) {
@@ -232,7 +244,7 @@ ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std
 /// A sheet that does not refract, so that all light of all emitters is found. Its medium has the extinction of pbrt's, and
 /// the colour of pbrt's below the surface: light that leaves is partly reflected back inside.
 void PbrtMaterials::subsurface(const PbrtParameters& from, Material& out) {
-  constexpr double kLargestScale = 1e20, kShortest = 1e-6;
+  constexpr double kShortest = 1e-6;
   notices_.once("subsurface materials are rendered as a sheet around a medium of their colour, which has no highlight");
   for (const char* unused : {"roughness", "uroughness", "vroughness", "remaproughness"}) {
     from.find(unused);
@@ -244,27 +256,24 @@ void PbrtMaterials::subsurface(const PbrtParameters& from, Material& out) {
   out.kind = sheet;
   const double scale = from.number("scale", 1, 0, kLargestScale), ior = spectra_.ior(from, "eta", 1.33);
   const double g = from.number("g", 0, -kMaxMeanCosine, kMaxMeanCosine);
-  const std::string name = from.text("name", "");
+  const bool named = !from.text("name", "").empty();
   if (from.has("sigma_a") != from.has("sigma_s")) {
     from.fail(from.has("sigma_a") ? "sigma_a" : "sigma_s", "needs sigma_a and sigma_s together");
   }
-  if (from.has("reflectance") && name.empty() && !from.has("sigma_a")) {
+  if (from.has("reflectance") && !named && !from.has("sigma_a")) {
     const RgbColor length = spectra_.coefficient(from, "mfp").value_or(RgbColor{1, 1, 1});
     out.interior =
         subsurface_medium(spectra_.reflectance(from, "reflectance").value_or(RgbColor{}),
                           each(length, [&](double l) { return std::max(l * scale / (1 - g), kShortest); }), g);
     return;
   }
-  std::optional<Medium> medium = measured_medium(name.empty() ? "Wholemilk" : name);  // pbrt's default is milk
-  if (!medium) {
-    return from.fail("name", fmt::format("there is no measured medium \"{}\"", name));
+  Medium medium = named ? named_medium(from, "name") : measured_medium("Wholemilk").value();  // pbrt's default is milk
+  if (!named) {
+    medium.absorption = spectra_.coefficient(from, "sigma_a").value_or(medium.absorption);
+    medium.scattering = spectra_.coefficient(from, "sigma_s").value_or(medium.scattering);
+    medium.anisotropy = g;
   }
-  if (name.empty()) {
-    medium->absorption = spectra_.coefficient(from, "sigma_a").value_or(medium->absorption);
-    medium->scattering = spectra_.coefficient(from, "sigma_s").value_or(medium->scattering);
-    medium->anisotropy = g;
-  }
-  out.interior = below_surface(scaled(*medium, scale), ior);
+  out.interior = below_surface(scaled(medium, scale), ior);
 }
 
 void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {
@@ -340,17 +349,13 @@ Status PbrtMedia::define(const std::string& name, const PbrtParameters& from) {
     return from.place().error("only homogeneous media can be rendered, got \"{}\"", type);
   }
   Medium out;
-  if (const std::string preset = from.text("preset", ""); !preset.empty()) {
-    const std::optional<Medium> found = measured_medium(preset);
-    if (!found) {
-      from.fail("preset", fmt::format("there is no measured medium \"{}\"", preset));
-    }
-    out = found.value_or(Medium{});
+  if (!from.text("preset", "").empty()) {
+    out = named_medium(from, "preset");
   } else {
     out.absorption = spectra_.coefficient(from, "sigma_a").value_or(RgbColor{1, 1, 1});
     out.scattering = spectra_.coefficient(from, "sigma_s").value_or(RgbColor{1, 1, 1});
   }
-  out = scaled(out, from.number("scale", 1, 0, 1e20));
+  out = scaled(out, from.number("scale", 1, 0, kLargestScale));
   out.anisotropy = from.number("g", 0, -1, 1);
   if (std::abs(out.anisotropy) > kMaxMeanCosine) {
     notices_.once(fmt::format("media with a mean cosine beyond ±{0} have ±{0}", kMaxMeanCosine));

@@ -261,7 +261,7 @@ Result<Material> PbrtWorld::material_of(const Use& use) {
   const bool visible = use.opacity.varies() || use.opacity.color.r < 1;
   if (is_boundary(out)) {
     if (visible) {
-      return use.place.error("alpha of glass and interfaces cannot be rendered");
+      return use.place.error("alpha of glass, interfaces and subsurface materials cannot be rendered");
     }
     if (!is_black(use.emission) && materials_.is_interface(number)) {
       return use.place.error("a light on an interface cannot be rendered");
