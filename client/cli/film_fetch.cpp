@@ -70,10 +70,10 @@ Status check_outputs(const std::vector<std::string>& paths) {
   return ok_status();
 }
 
-Status write_outputs(const FilmPicture& picture, const std::vector<std::string>& paths, const ViewSettings& view) {
-  for (const std::string& path : paths) {
+Status write_outputs(const FilmPicture& picture, const PictureOutputs& outputs) {
+  for (const std::string& path : outputs.paths) {
     LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
-    LM_ASSIGN_OR_RETURN(const std::string bytes, encode_picture(picture, format, view));
+    LM_ASSIGN_OR_RETURN(const std::string bytes, encode_picture(picture, format, outputs.view, outputs.png_layer));
     LM_RETURN_IF_ERROR(as_output_error(write_file_atomically(path, as_byte_view(bytes))));
   }
   return ok_status();

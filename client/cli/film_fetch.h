@@ -16,8 +16,9 @@ Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id
 /// The files of a job's picture, and its processing.
 struct PictureOutputs {
   std::vector<std::string> paths;
-  ViewSettings view;     ///< of PNG files
-  bool denoise = false;  ///< add the reconstructed picture
+  ViewSettings view = {};      ///< of PNG files
+  bool denoise = false;        ///< add the reconstructed picture
+  std::string png_layer = {};  ///< the layer that PNG files show; empty: the picture
 };
 
 /// Adds the reconstructed picture (common/film/reconstruct.h). FAILED_PRECONDITION if the film has no layer `features`.
@@ -29,7 +30,7 @@ Status check_output(const std::string& path);
 /// The same for pictures: each path ends in .exr or .png, and is given once.
 Status check_outputs(const std::vector<std::string>& paths);
 
-/// Writes the picture to every path.
-Status write_outputs(const FilmPicture& picture, const std::vector<std::string>& paths, const ViewSettings& view);
+/// Writes the picture to every path. INVALID_ARGUMENT if it does not have the layer of PNG files.
+Status write_outputs(const FilmPicture& picture, const PictureOutputs& outputs);
 
 }  // namespace lightmill::cli

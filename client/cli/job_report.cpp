@@ -41,7 +41,7 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   if (const Status status = outputs.denoise ? denoise(film->picture) : ok_status(); !status.ok()) {
     return console.fail(status);
   }
-  if (const Status status = write_outputs(film->picture, outputs.paths, outputs.view); !status.ok()) {
+  if (const Status status = write_outputs(film->picture, outputs); !status.ok()) {
     return console.fail(status);
   }
   std::vector<std::string> notices = scene_notices;

@@ -8,7 +8,7 @@
 namespace lightmill::cli {
 
 Result<PictureOutputs> PictureOptions::checked() const {
-  PictureOutputs checked{outputs, {}, denoise};
+  PictureOutputs checked{outputs, {}, denoise, png_layer};
   checked.view.exposure_stops = exposure_stops;
   checked.view.gamma = gamma;
   const Result<View> known = parse_view(view);
@@ -16,6 +16,9 @@ Result<PictureOutputs> PictureOptions::checked() const {
   checked.view.view = *known;
   if (!png_option.empty() && png_outputs().empty()) {
     return invalid_argument("{} applies only to PNG files, and none is written: add -o FILE.png", png_option);
+  }
+  if (!is_shown_layer(png_layer)) {
+    return invalid_argument("--png-layer {}: this layer is not a picture. It is in EXR files", png_layer);
   }
   LM_RETURN_IF_ERROR(check_outputs(outputs));
   return checked;
@@ -43,6 +46,12 @@ void add_picture_options(CLI::App& command, PictureOptions& options) {
   const auto note = [&options](const char* name) {
     return [&options, name](const std::string&) { options.png_option = name; };
   };
+  command
+      .add_option("--png-layer", options.png_layer,
+                  "PNG: show this layer instead of the picture, such as albedo, normal, depth or light:NAME "
+                  "(`lightmill help layers`)")
+      ->type_name("LAYER")
+      ->each(note("--png-layer"));
   command.add_option("--exposure", options.exposure_stops, "PNG: exposure in stops (0.5, -2)")
       ->type_name("STOPS")
       ->check(real_number(-64, 64))

@@ -15,6 +15,7 @@ struct PictureOptions {
   double gamma = 1;
   std::string view = "plain";
   bool denoise = false;
+  std::string png_layer;   ///< the layer that PNG files show; empty: the picture
   std::string png_option;  ///< the last given option that applies only to PNG files
 
   /// INVALID_ARGUMENT for a file that cannot be written, an unknown view, or an option of PNG files if `outputs` has no

@@ -67,18 +67,28 @@ Result<MethodSpec> checked_method(const RenderSettings& settings) {
   return method;
 }
 
-Result<std::vector<LayerSpec>> make_layers(std::string_view text, bool denoise, std::string_view method) {
+Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options, std::string_view method) {
+  const std::string_view text = options.layers;
   std::vector<std::string> names;
   for (std::size_t at = 0; at <= text.size() && !text.empty();) {
     const std::size_t end = std::min(text.find(',', at), text.size());
     names.emplace_back(text.substr(at, end - at));
     at = end + 1;
   }
-  if (denoise && std::ranges::find(names, kFeaturesLayer) == names.end()) {
-    names.emplace_back(kFeaturesLayer);
+  const auto add = [&](std::string_view name) {
+    if (std::ranges::find(names, name) == names.end()) {
+      names.emplace_back(name);
+    }
+  };
+  if (options.denoise) {
+    add(kFeaturesLayer);
   }
-  LM_ASSIGN_OR_RETURN(std::vector<LayerSpec> layers, with_context(film_layers(names), "--layers"));
-  LM_RETURN_IF_ERROR(with_context(check_method_layers(method, layers), "--layers"));
+  if (!options.png_layer.empty()) {
+    add(options.png_layer);
+  }
+  const std::string_view given = options.png_layer.empty() ? "--layers" : "--layers and --png-layer";
+  LM_ASSIGN_OR_RETURN(std::vector<LayerSpec> layers, with_context(film_layers(names), given));
+  LM_RETURN_IF_ERROR(with_context(check_method_layers(method, layers), given));
   return layers;
 }
 
@@ -169,7 +179,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_RETURN_IF_ERROR(check_name("--owner", job.spec.owner));
   LM_ASSIGN_OR_RETURN(job.spec.goal, checked_goal(job.spec.goal));
   LM_ASSIGN_OR_RETURN(const MethodSpec spec, checked_method(settings));
-  LM_ASSIGN_OR_RETURN(settings.layers, make_layers(options.layers, options.denoise, spec.name));
+  LM_ASSIGN_OR_RETURN(settings.layers, make_layers(options, spec.name));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
   LM_RETURN_IF_ERROR(with_context(check_method_media(spec.name, has_scattering_media(job.scene.scene)), "--method"));
   LM_RETURN_IF_ERROR(with_context(check_light_groups(settings.layers, light_groups_of(job.scene.scene)), "--layers"));

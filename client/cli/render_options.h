@@ -18,8 +18,9 @@ struct RenderOptions {
   SceneOptions scene;
   std::string size, crop, layers;  ///< as typed; make_job reads them together with the scene
   bool brute_force = false;
-  bool denoise = false;  ///< add the layer `features`
-  JobSpec spec;          ///< values of the other options
+  bool denoise = false;   ///< add the layer `features`
+  std::string png_layer;  ///< add this layer; empty: none
+  JobSpec spec;           ///< values of the other options
 };
 
 /// Used when none of --spp, --seconds and --error is given.

@@ -380,4 +380,31 @@ RgbImage shown_frame(const FilmPicture& picture) {
   return {picture.data.width, picture.data.height, picture.denoised.empty() ? picture.beauty : picture.denoised};
 }
 
+Result<RgbImage> layer_frame(const FilmPicture& picture, std::string_view layer) {
+  const auto found = std::ranges::find(picture.layers, layer, &PictureLayer::name);
+  if (found == picture.layers.end() || !is_shown_layer(layer)) {
+    std::vector<std::string> names;
+    for (const PictureLayer& other : picture.layers) {
+      if (is_shown_layer(other.name)) {
+        names.push_back(other.name);
+      }
+    }
+    return invalid_argument("the picture has no layer \"{}\" that can be shown. Layers that can be shown: {}", layer,
+                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")));
+  }
+  RgbImage frame{picture.data.width, picture.data.height, found->values};
+  if (layer == "normal") {
+    std::ranges::transform(frame.values, frame.values.begin(), [](float n) { return srgb_decode(0.5f + 0.5f * n); });
+  } else if (layer == "depth") {
+    const float nearest = std::ranges::min(frame.values);
+    std::ranges::transform(frame.values, frame.values.begin(),
+                           [nearest](float depth) { return depth == kNoDepth ? 0.0f : nearest / depth; });
+    const std::vector<float> grey = frame.values;
+    for (int copy = 0; copy < 2; ++copy) {
+      frame.values.insert(frame.values.end(), grey.begin(), grey.end());
+    }
+  }
+  return frame;
+}
+
 }  // namespace lightmill

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/status.h"
@@ -93,5 +94,10 @@ RgbImage cropped_frame(const FilmPicture& picture);
 
 /// The reconstructed picture, if there is one, else beauty.
 RgbImage shown_frame(const FilmPicture& picture);
+
+/// A layer as linear RGB for the plain view. Colours are the layer's own. Components of normals from -1 to 1 are shown
+/// as bytes from 0 to 255. Depth is the smallest depth divided by the pixel's: near is bright. INVALID_ARGUMENT if the
+/// picture does not have the layer, or it cannot be shown (`features`, `id`). The message names those that can.
+Result<RgbImage> layer_frame(const FilmPicture& picture, std::string_view layer);
 
 }  // namespace lightmill

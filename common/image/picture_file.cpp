@@ -38,11 +38,13 @@ Result<PictureFormat> picture_format(const fs::path& path) {
   return invalid_argument("{}: a picture's name must end in .exr or .png", path.string());
 }
 
-Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat format, const ViewSettings& view) {
+Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat format, const ViewSettings& view,
+                                   std::string_view png_layer) {
   if (format == PictureFormat::exr) {
     return encode_exr(to_image(picture));
   }
-  return encode_png(picture.data.width, picture.data.height, to_srgb8(shown_frame(picture), view));
+  LM_ASSIGN_OR_RETURN(const RgbImage frame, png_layer.empty() ? shown_frame(picture) : layer_frame(picture, png_layer));
+  return encode_png(frame.width, frame.height, to_srgb8(frame, view));
 }
 
 Result<RgbImage> load_rgb(const fs::path& path) {

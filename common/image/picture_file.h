@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "common/base/status.h"
 #include "common/image/color.h"
@@ -15,8 +17,9 @@ enum class PictureFormat { exr, png };
 /// By extension, upper or lower case. INVALID_ARGUMENT names the path and the two formats.
 Result<PictureFormat> picture_format(const std::filesystem::path& path);
 
-/// The file's bytes: EXR with all layers and the receipt, or PNG of the shown frame through `view`.
-Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat format, const ViewSettings& view);
+/// The file's bytes: EXR with all layers and the receipt, or PNG of the shown frame, or of `png_layer`, through `view`.
+Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat format, const ViewSettings& view,
+                                   std::string_view png_layer = "");
 
 /// Linear RGB of an EXR's `R G B` (its data window) or of a PNG. Errors name the path.
 Result<RgbImage> load_rgb(const std::filesystem::path& path);

@@ -107,6 +107,10 @@ std::set<std::string> PictureIds::seen(Kind kind) const {
   return out;
 }
 
+bool is_shown_layer(std::string_view name) {
+  return name != "features" && name != "id";
+}
+
 bool is_mean_layer(std::string_view name) {
   return name != "normal" && name != "features" && name != "depth" && name != "id";
 }

@@ -36,6 +36,9 @@ struct PictureLayer {
 /// Whether the layer is a mean over all samples; otherwise it is from samples 0 to 15.
 bool is_mean_layer(std::string_view name);
 
+/// Whether the layer can be shown as a picture. Ids and features cannot.
+bool is_shown_layer(std::string_view name);
+
 /// A layer of `pixels` pixels without samples. `name` must be one of those above.
 PictureLayer make_picture_layer(const std::string& name, std::size_t pixels);
 

@@ -108,7 +108,7 @@ class Lab {
       Result<AssembledFilm> film = job.ok() ? fetch_film(*farm_.connection, submitted.id()) : job.status();
       forget(submitted.id(), !job.ok());
       LM_RETURN_IF_ERROR(film.status());
-      LM_RETURN_IF_ERROR(write_outputs(film->picture, {folder_.reference_path(scene).string()}, ViewSettings{}));
+      LM_RETURN_IF_ERROR(write_outputs(film->picture, {{folder_.reference_path(scene).string()}}));
       console_.progress(fmt::format("{}: {} of thread time", label, human_seconds(job->worker_seconds())));
     }
     return folder_.load_reference(scene);

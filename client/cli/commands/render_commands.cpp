@@ -50,7 +50,7 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const PictureOutputs&
   if (const Status status = outputs.denoise ? denoise(film->picture) : ok_status(); !status.ok()) {
     return message_of(status);
   }
-  if (const Status status = write_outputs(film->picture, outputs.paths, outputs.view); !status.ok()) {
+  if (const Status status = write_outputs(film->picture, outputs); !status.ok()) {
     return message_of(status);
   }
   object["outputs"] = outputs.paths;
@@ -91,6 +91,7 @@ Result<ExitCode> render(Context& context, const Console& console, RenderCommandO
   }
   LM_ASSIGN_OR_RETURN(const PictureOutputs checked, options.picture.checked());
   options.render.denoise = options.picture.denoise;
+  options.render.png_layer = options.picture.png_layer;
   LM_ASSIGN_OR_RETURN(const PreparedJob prepared, make_job(options.render, context.signals));
   print_notices(console, prepared);
   const bool exr = std::ranges::any_of(outputs, [](const std::string& path) { return lower_ending(path) == ".exr"; });

@@ -44,7 +44,9 @@ bool finish_showing(TevViewer& viewer, Signals& signals) {
 ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const PictureOutputs& outputs,
                 Farm& farm, TevViewer* viewer) {
   ProgressPrinter progress(console, system_clock());
-  LivePicture live(options.picture.png_outputs(), outputs.view, system_clock());
+  // While a job is rendered, the farm sends only the picture.
+  LivePicture live(outputs.png_layer.empty() ? options.picture.png_outputs() : std::vector<std::string>{}, outputs.view,
+                   system_clock());
   Status live_status = ok_status();
   const Result<v1::Job> job = follow_job(farm, options.job, live.wanted() || viewer != nullptr, context.signals,
                                          console, [&](const v1::WatchJobResponse& response) {

@@ -35,7 +35,7 @@ TEST_F(VerifyTest, WrongPixelsUnderAConsistentReceiptAreFound) {
   FilmPicture picture = load_film_picture(path_).value();
   picture.half_a[40 * 150 + 70] += 0.25f;
   picture.receipt.film_hash = film_hash_of(picture).hex();
-  ASSERT_TRUE(cli::write_outputs(picture, {path_}, {}).ok());
+  ASSERT_TRUE(cli::write_outputs(picture, {{path_}}).ok());
   const nlohmann::json result = verify(1, scene_);
   ASSERT_EQ(result["wrong"].size(), 1u) << result.dump();
   EXPECT_EQ(result["wrong"][0]["x"], 64);

@@ -40,7 +40,7 @@ TEST(FilmFile, HashComputedFromTheFileEqualsItsStatedHash) {
   picture.receipt.film_hash = hash.hex();
   const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "film.exr").string();
-  ASSERT_TRUE(write_outputs(picture, {path}, {}).ok());
+  ASSERT_TRUE(write_outputs(picture, {{path}}).ok());
   const Result<FilmPicture> back = load_film_picture(path);
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->receipt.film_hash, hash.hex());
@@ -58,7 +58,7 @@ TEST(FilmFile, LayersAreInTheFileAndInItsHash) {
   EXPECT_NE(film_hash_of(picture).hex(), plain_hash.hex());
   const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "film.exr").string();
-  ASSERT_TRUE(write_outputs(picture, {path}, {}).ok());
+  ASSERT_TRUE(write_outputs(picture, {{path}}).ok());
   const Result<FilmPicture> back = load_film_picture(path);
   ASSERT_TRUE(back.ok()) << back.status();
   ASSERT_EQ(back->layers.size(), 6u);
@@ -78,7 +78,7 @@ TEST(FilmFile, ADenoisedPictureIsBesideTheRawOneAndNotInItsHash) {
   EXPECT_EQ(film_hash_of(picture).hex(), raw_hash);
   const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "film.exr").string(), png = (folder.path() / "film.png").string();
-  ASSERT_TRUE(write_outputs(picture, {path, png}, {}).ok());
+  ASSERT_TRUE(write_outputs(picture, {{path, png}}).ok());
   const Result<FilmPicture> back = load_film_picture(path);
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->beauty, picture.beauty);
@@ -90,6 +90,42 @@ TEST(FilmFile, ADenoisedPictureIsBesideTheRawOneAndNotInItsHash) {
   EXPECT_EQ(encode_picture(only, PictureFormat::png, {}).value(),
             encode_picture(picture, PictureFormat::png, {}).value());
   EXPECT_EQ(read_file(png).value(), encode_picture(picture, PictureFormat::png, {}).value());
+}
+
+TEST(FilmFile, APngShowsTheWantedLayer) {
+  auto [picture, hash] = example_film();
+  for (const char* name : {"albedo", "normal", "depth", "features"}) {
+    picture.layers.push_back(make_picture_layer(name, picture.pixels()));
+  }
+  const std::size_t pixels = picture.pixels();
+  std::vector<float>& albedo = picture.layers[0].values;
+  std::vector<float>& normal = picture.layers[1].values;
+  std::vector<float>& depth = picture.layers[2].values;
+  albedo[0] = 1;              // red
+  normal[0] = -1;             // of x
+  normal[pixels] = 1;         // of y
+  normal[2 * pixels] = 0.2f;  // of z
+  depth[0] = 4;               // the nearest
+  depth[1] = 8;
+  const auto first_bytes = [&](const std::string& layer) {
+    const test::TemporaryFolder folder;
+    const std::string path = (folder.path() / "layer.png").string();
+    EXPECT_TRUE(write_outputs(picture, {{path}, {}, false, layer}).ok());
+    const RgbImage shown = load_rgb(path).value();
+    std::vector<int> bytes;
+    for (std::size_t pixel : {0, 1, 2}) {
+      for (std::size_t channel : {0, 1, 2}) {
+        bytes.push_back(static_cast<int>(std::lround(255 * srgb_encode(shown.values[channel * pixels + pixel]))));
+      }
+    }
+    return bytes;
+  };
+  EXPECT_EQ(first_bytes("albedo"), (std::vector<int>{255, 0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(first_bytes("normal"), (std::vector<int>{0, 255, 153, 128, 128, 128, 128, 128, 128}));
+  // Half the brightness is 188 of 255 in sRGB.
+  EXPECT_EQ(first_bytes("depth"), (std::vector<int>{255, 255, 255, 188, 188, 188, 0, 0, 0}));
+  EXPECT_EQ(message_of(write_outputs(picture, {{"layer.png"}, {}, false, "features"})),
+            "the picture has no layer \"features\" that can be shown. Layers that can be shown: albedo, normal, depth");
 }
 
 TEST(FilmFile, OneChangedBitIsDetected) {

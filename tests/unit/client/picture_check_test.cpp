@@ -53,7 +53,7 @@ class PictureFile : public testing::Test {
  protected:
   PictureFile() { write(kSixTiles); }
   void write(const ImageWindow& data) {
-    EXPECT_TRUE(write_outputs(example(data), {path_}, {}).ok());
+    EXPECT_TRUE(write_outputs(example(data), {{path_}}).ok());
     bytes_ = read_file(path_).value();
   }
   const std::string& bytes() const { return bytes_; }
