@@ -30,6 +30,9 @@ class Made:
         return (self.placement or self.direction or Direction("", "")).kind in ("GENERATED", "RADIAL")
 
 
+SHADOW_CATCHER = object()  # the key of a material that is none of Blender's
+
+
 class Materials:
     """The document's materials, by the name of Blender's material."""
 
@@ -47,6 +50,12 @@ class Materials:
             name = self.unique(material.name if material is not None else "no material")
             self.made[key] = MaterialMaker(name, self.textures, self.notices).make(material)
         return self.made[key]
+
+    def shadow_catcher(self):
+        """The material of all shadow catchers. It is a property of objects in Blender."""
+        if SHADOW_CATCHER not in self.made:
+            self.made[SHADOW_CATCHER] = Made({"name": self.unique("shadow catcher"), "shadow_catcher": {}})
+        return self.made[SHADOW_CATCHER]
 
     def unique(self, name):
         fitting = "".join("_" if c.isspace() and c != " " or c in "#\\" else c for c in name).strip() or "material"

@@ -4,7 +4,7 @@ import os
 
 from . import camera, lights, meshes, space, world
 from .images import ImageFiles
-from .materials import Materials
+from .materials import SHADOW_CATCHER, Materials
 from .notices import Notices
 
 # Blender gives the surfaces of curves, texts and metaballs as meshes of their own.
@@ -37,6 +37,7 @@ class SceneExport:
         for instance in self.depsgraph.object_instances:
             self.add(instance)
         sky = world.export(self.scene.world, self.images, self.notices)
+        self.check_shadow_catchers()
         document.update({"materials": self.materials.documents(), "textures": self.materials.textures.documents,
                          "objects": self.objects, "lights": self.lights + ([sky] if sky is not None else [])})
         self.check_scene()
@@ -71,8 +72,11 @@ class SceneExport:
         self.check_particles(item)
 
     def add_mesh(self, item, matrix):
-        materials = [self.materials.of(self.override() or slot.material) for slot in item.material_slots]
-        materials = materials or [self.materials.of(self.override())]
+        if item.is_shadow_catcher:
+            materials = [self.materials.shadow_catcher()]
+        else:
+            materials = [self.materials.of(self.override() or slot.material) for slot in item.material_slots]
+            materials = materials or [self.materials.of(self.override())]
         self.notices.about = f"object {item.name}"
         if abs(matrix.to_3x3().determinant()) < LEAST_VOLUME:
             self.notices.here("left out: its transform makes it flat")
@@ -108,7 +112,7 @@ class SceneExport:
         if max(scales) > 1.01 * min(scales) and any("normal_map" in made.document for made in used):
             self.notices.here("its normal map acts as if the object had the same scale along all axes")
         if item.is_shadow_catcher:
-            self.notices.here("it is a shadow catcher in Blender, and an ordinary surface in Lightmill")
+            self.notices.here("as a shadow catcher it does not show light that other objects scatter onto it")
         if item.is_holdout:
             self.notices.here("it is a holdout in Blender, and an ordinary surface in Lightmill")
         if item.lightgroup:
@@ -117,6 +121,18 @@ class SceneExport:
             self.notices.here("left out: its culling. It is always rendered")
         if self.view:
             self.check_clip(item, matrix)
+
+    def check_shadow_catchers(self):
+        """Shadow catchers compare their light with that without shadows, which Lightmill knows only for some lights."""
+        catcher = self.materials.made.get(SHADOW_CATCHER)
+        if catcher is None:
+            return
+        textured = any("texture" in one.get("emission", {}) for one in self.materials.documents())
+        kinds = [kind for light in self.lights for kind in light.values() if isinstance(kind, dict)]
+        if textured or any(kind.get("spread_degrees", 180) != 180 for kind in kinds):
+            catcher.document.pop("shadow_catcher")
+            catcher.document["diffuse"] = {"reflectance": {"rgb": [0.8, 0.8, 0.8]}}
+            self.notices.add("shadow catchers are grey surfaces, because the scene has an emission with a texture or a light with a spread")
 
     def check_clip(self, item, matrix):
         view = self.scene.camera

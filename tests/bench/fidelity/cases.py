@@ -104,6 +104,20 @@ def under_the_sky(lifted=0.0, **surfaces):
     light("SUN", 2, rotation=(0.7, 0.2, 0), angle=0.3)
 
 
+@case
+def shadow_catcher():
+    under_the_sky()
+    bpy.data.objects["Plane"].is_shadow_catcher = True
+
+
+@case
+def shadow_catcher_dark():
+    """Beside a dark wall that scatters little light onto it."""
+    dark = material("dark", Color=gray(0.05))
+    under_the_sky(ball=dark, block=dark)
+    bpy.data.objects["Plane"].is_shadow_catcher = True
+
+
 def image(name, size=64, value=lambda x, y: (x, y, 0.3, 1), data=False, float_buffer=False):
     made = bpy.data.images.new(name, size, size, alpha=True, float_buffer=float_buffer, is_data=data)
     made.pixels.foreach_set([c for y in range(size) for x in range(size) for c in value((x + 0.5) / size, (y + 0.5) / size)])

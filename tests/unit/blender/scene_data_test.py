@@ -115,6 +115,26 @@ class Objects(unittest.TestCase):
             with self.subTest(name):
                 self.assertTrue(any(f"without {name}:" in text for text in report["notices"]))
 
+    def test_a_shadow_catcher_has_one_material(self):
+        for _ in range(2):
+            bpy.ops.mesh.primitive_cube_add()
+        caught = bpy.context.object
+        caught.name, caught.is_shadow_catcher = "caught", True
+        caught.data.materials.append(bpy.data.materials.new("red"))
+        document, _ = self.export()
+        name = {one["name"]: one["material"] for one in document["objects"]}["caught"]
+        made = {one["name"]: one for one in document["materials"]}
+        self.assertEqual(made[name], {"name": name, "shadow_catcher": {}})
+        self.assertEqual(len(made), 2)
+        # Lights with a spread have no formula for light without shadows.
+        lamp = bpy.data.lights.new("lamp", "AREA")
+        lamp.spread = 1
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new("lamp", lamp))
+        document, report = self.export()
+        made = {one["name"]: one for one in document["materials"]}
+        self.assertIn("diffuse", made[name])
+        self.assertTrue(any(text.startswith("shadow catchers are grey surfaces") for text in report["notices"]))
+
     def test_a_scene_without_a_camera_is_exported(self):
         bpy.context.scene.camera = None
         bpy.ops.mesh.primitive_cube_add()
