@@ -1,4 +1,4 @@
-"""Run by Blender: exports the open file to the folder after `--`."""
+"""Run by Blender: exports the open file. After `--`: the folder, and the texels along a side of a baked image."""
 import os
 import sys
 
@@ -12,4 +12,5 @@ except ImportError:
 
 from lightmill_export.render_engine import export  # noqa: E402  (the path is set above)
 
-export(sys.argv[sys.argv.index("--") + 1])
+folder, texels = sys.argv[sys.argv.index("--") + 1:]
+export(folder, int(texels))

@@ -71,17 +71,17 @@ std::string tail_of(const fs::path& log) {
   return !text.ok() ? "" : text->size() <= kBlenderLogTail ? *text : text->substr(text->size() - kBlenderLogTail);
 }
 
-Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals& signals) {
+Status run_blender(const fs::path& scene, int bake_size, const TemporaryFolder& folder, Signals& signals) {
   LM_ASSIGN_OR_RETURN(const std::string program, find_blender());
   const fs::path log = folder / "log";
   // Blender does not always remove its own temporary folder. Inside ours it is removed with ours.
-  LM_ASSIGN_OR_RETURN(
-      ChildProcess blender,
-      ChildProcess::start(
-          {"/usr/bin/env", "TMPDIR=" + (folder / "").string(), program, "--background", "--factory-startup",
-           "--disable-autoexec", fs::absolute(scene).string(), "--python-exit-code", "3", "--python",
-           (own_folder() / "lightmill-blender" / "run.py").string(), "--", (folder / "").string()},
-          log));
+  LM_ASSIGN_OR_RETURN(ChildProcess blender,
+                      ChildProcess::start({"/usr/bin/env", "TMPDIR=" + (folder / "").string(), program, "--background",
+                                           "--factory-startup", "--disable-autoexec", fs::absolute(scene).string(),
+                                           "--python-exit-code", "3", "--python",
+                                           (own_folder() / "lightmill-blender" / "run.py").string(), "--",
+                                           (folder / "").string(), std::to_string(bake_size)},
+                                          log));
   std::optional<std::string> end;
   while (!(end = blender.ended())) {
     if (signals.interrupted()) {
@@ -153,13 +153,13 @@ void choose_sky(SkyChoice sky, LoadedScene& loaded) {
 
 }  // namespace
 
-Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options, Signals& signals) {
+Result<LoadedScene> load_blend(const fs::path& path, int bake_size, const LoadOptions& options, Signals& signals) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) {
     return not_found("{}: no such file", path.string());
   }
   LM_ASSIGN_OR_RETURN(const TemporaryFolder folder, TemporaryFolder::make());
-  LM_RETURN_IF_ERROR(run_blender(path, folder, signals));
+  LM_RETURN_IF_ERROR(run_blender(path, bake_size, folder, signals));
   LM_ASSIGN_OR_RETURN(const Report report, read_report(folder / "report.json"));
   LoadOptions document_options = options;
   document_options.camera.clear();

@@ -12,10 +12,10 @@
 namespace lightmill::cli {
 namespace {
 
-Result<LoadedScene> load_within_memory(const std::vector<std::filesystem::path>& paths, bool blend,
+Result<LoadedScene> load_within_memory(const std::vector<std::filesystem::path>& paths, bool blend, int bake_size,
                                        const LoadOptions& options, Signals& signals) {
   try {
-    return blend ? load_blend(paths[0], options, signals) : lightmill::load_scene(paths, options);
+    return blend ? load_blend(paths[0], bake_size, options, signals) : lightmill::load_scene(paths, options);
   } catch (const std::bad_alloc&) {
     return as_input_error(out_of_memory(fmt::format("{}: reading it", paths[0].string())));
   }
@@ -50,6 +50,14 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->check(real_number(0, 1e9));
   command.add_option("--animation", options.animation, "animation for --at (default 0), by name or number")
       ->type_name("NAME|N");
+  command
+      .add_option(
+          "--bake-size", options.bake_size,
+          fmt::format("Blender: texels along each side of the images that Cycles bakes from procedural textures "
+                      "(default {})",
+                      kBakeSize))
+      ->type_name("N")
+      ->check(whole_number(16, kMaxBakeSize));
   command.add_flag("--strict", options.strict,
                    "refuse OBJ, MTL, glTF, pbrt and Mitsuba files with faults, such as odd lines and missing files");
   command.add_flag(
@@ -83,14 +91,19 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
       return invalid_argument("{} is a picture, not a scene. To write it, put -o before its name", path.string());
     }
     if (!options.mtl.empty() && lower_ending(path) != ".obj") {
-      return invalid_argument("--mtl applies only to OBJ files, and {} is none", path.string());
+      return invalid_argument("--mtl applies only to OBJ files, and {} is not one: leave out --mtl", path.string());
     }
     if (load_options.moment && lower_ending(path) != ".gltf" && lower_ending(path) != ".glb") {
-      return invalid_argument("--at and --animation apply only to glTF files, and {} is none", path.string());
+      return invalid_argument("--at and --animation apply only to glTF files, and {} is not one: leave them out",
+                              path.string());
     }
   }
   const auto is_blend = [](const std::filesystem::path& path) { return lower_ending(path) == ".blend"; };
   const bool blend = std::ranges::any_of(paths, is_blend);
+  if (options.bake_size && !blend) {
+    return invalid_argument("--bake-size applies only to .blend files, and {} is not one: leave it out",
+                            paths[0].string());
+  }
   if (blend && paths.size() > 1) {
     return invalid_argument("a .blend file cannot be combined with other files, got {} files", paths.size());
   }
@@ -100,7 +113,8 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
     meshes = true;
     return signals.interrupted() ? Result<DecodedMesh>(cancelled("interrupted")) : decoder.decode_mesh(bytes, request);
   };
-  Result<LoadedScene> loaded = load_within_memory(paths, blend, load_options, signals);
+  Result<LoadedScene> loaded =
+      load_within_memory(paths, blend, options.bake_size.value_or(kBakeSize), load_options, signals);
   if (!loaded.ok()) {
     return as_input_error(loaded.status());
   }

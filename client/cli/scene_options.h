@@ -21,6 +21,7 @@ struct SceneOptions {
   std::string sky = "auto";
   std::optional<double> at;  ///< seconds
   std::string animation;
+  std::optional<int> bake_size;  ///< texels along a side of an image that Blender bakes; without: kBakeSize
   bool strict = false;
   bool unsandboxed_images = false;
 };

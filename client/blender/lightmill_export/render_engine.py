@@ -2,6 +2,8 @@
 modifiers, subdivisions and visibilities of renders, not of the viewport."""
 import bpy
 
+from .bake import bake
+from .notices import Notices
 from .scene import SceneExport
 
 
@@ -10,6 +12,7 @@ class ExportEngine(bpy.types.RenderEngine):
     bl_label = "Lightmill export"
     folder = None
     view = None  # name of the scene's own camera
+    baked = ()  # notices about baked images
     failure = None
     done = False
 
@@ -19,13 +22,16 @@ class ExportEngine(bpy.types.RenderEngine):
             return
         kind.done = True
         try:
-            SceneExport(depsgraph, kind.folder, kind.view).write()
+            SceneExport(depsgraph, kind.folder, kind.view, kind.baked).write()
         except Exception as failure:  # Blender would print it and continue
             kind.failure = failure
 
 
-def export(folder):
-    """Exports the active scene of the open file. The scene gets its settings back."""
+def export(folder, texels):
+    """Exports the active scene of the open file. `texels`: side of baked images. The scene gets its settings back."""
+    notices = Notices()
+    bake(texels, notices)
+    ExportEngine.baked = notices.texts
     scene = bpy.context.scene
     render = scene.render
     kept = {name: getattr(render, name) for name in ("engine", "use_compositing", "use_sequencer")}

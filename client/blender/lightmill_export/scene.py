@@ -15,13 +15,14 @@ LEAST_VOLUME = 1e-12  # least determinant of a transform that a document may hav
 class SceneExport:
     """Writes the document, its meshes and images, and the report, into a folder."""
 
-    def __init__(self, depsgraph, folder, view):
-        """`view`: name of the active camera, or empty."""
+    def __init__(self, depsgraph, folder, view, notices=()):
+        """`view`: name of the active camera, or empty. `notices`: those so far."""
         self.depsgraph = depsgraph
         self.scene = depsgraph.scene_eval
         self.folder = folder
         self.view = view
         self.notices = Notices()
+        self.notices.texts += notices
         self.images = ImageFiles(folder)
         self.materials = Materials(self.images, self.notices)
         self.mesh_files = meshes.MeshFiles(folder, self.notices)

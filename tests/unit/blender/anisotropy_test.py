@@ -49,7 +49,7 @@ def exported(made, mesh=bpy.ops.mesh.primitive_cube_add, **properties):
         bpy.data.objects.remove(item)
     mesh(**properties)
     bpy.context.object.data.materials.append(made)
-    export(FOLDER)
+    export(FOLDER, 64)
     documents = []
     for name in ("scene.json", "report.json"):
         with open(os.path.join(FOLDER, name), encoding="utf-8") as file:

@@ -74,7 +74,7 @@ class Objects(unittest.TestCase):
 
     def export(self):
         """The document and the report."""
-        export(FOLDER)
+        export(FOLDER, 64)
         for name in ("scene.json", "report.json"):
             with open(os.path.join(FOLDER, name), encoding="utf-8") as file:
                 yield json.load(file)

@@ -189,7 +189,7 @@ class Meshes(unittest.TestCase):
         other = bpy.data.objects.new("other", plane.data)
         other.location = (0, 0, 1)
         scene.collection.objects.link(other)
-        export(FOLDER)
+        export(FOLDER, 64)
         with open(os.path.join(FOLDER, "scene.json"), encoding="utf-8") as file:
             document = json.load(file)
         self.assertEqual(len(document["objects"]), 2)
@@ -225,7 +225,7 @@ class Meshes(unittest.TestCase):
             if bumpy:
                 plane.data.materials.append(made)
         bpy.context.view_layer.update()
-        export(FOLDER)
+        export(FOLDER, 64)
         with open(os.path.join(FOLDER, "report.json"), encoding="utf-8") as file:
             notices = json.load(file)["notices"]
         self.assertEqual([text.split(":")[0] for text in notices if "same scale" in text], ["object long"])
