@@ -80,7 +80,7 @@ bool keep_descriptors(const std::array<int, 2>& given, int answers) {
 Status confine(const Confinement& confinement, const ChildLimits& limits, const std::array<int, 2>& given,
                int answers) {
   if (!keep_descriptors(given, answers)) {
-    return resource_exhausted("no descriptors for the sandbox: {}", std::strerror(errno));
+    return resource_exhausted("cannot set up the descriptors of the sandbox: {}", std::strerror(errno));
   }
   if (!kSanitized) {  // the shadow memory of sanitizers exceeds any limit
     const std::uint64_t most = address_space_at_start + limits.most_memory_bytes;
@@ -190,7 +190,7 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   if (::pipe2(answers.data(), O_CLOEXEC) != 0) {
     const int error = errno;
     close_all(descriptors);
-    return error_reply(resource_exhausted("no pipe for its decoder: {}", std::strerror(error)));
+    return error_reply(resource_exhausted("cannot create a pipe for its decoder: {}", std::strerror(error)));
   }
   address_space_at_start = address_space();
   if (address_space_at_start == 0) {
@@ -208,7 +208,7 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   ::close(answers[1]);
   if (child < 0) {
     ::close(answers[0]);
-    return error_reply(resource_exhausted("no process for its decoder: {}", std::strerror(error)));
+    return error_reply(resource_exhausted("cannot start a process for its decoder: {}", std::strerror(error)));
   }
   DecodeReply reply;
   const ReplyOutcome outcome = read_reply(answers[0], confinement.asker, Clock::now() + limits.time, reply);

@@ -4,6 +4,7 @@
 
 #include <iostream>
 
+#include "common/base/address.h"
 #include "common/base/file.h"
 #include "common/base/log.h"
 #include "common/base/machine_memory.h"
@@ -159,8 +160,8 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
     std::error_code error;
     if (const std::uintmax_t bytes = fs::file_size(DataFolder::database_file_of(options.data), error);
         error || bytes == 0) {
-      return not_found("there is no farm in {}: its lightmill.sqlite: {}", options.data,
-                       error ? error.message() : std::string("it is empty"));
+      return not_found("there is no farm in {}: lightmill.sqlite is {}. Name the coordinator's folder with --data",
+                       options.data, error ? "missing" : "empty");
     }
   }
   Result<State> state = open_state(options, stop);
@@ -272,8 +273,9 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
                state->place);
   LM_RETURN_IF_ERROR(write_port(options.port_file, api->port()));
   if (web != nullptr) {
+    const std::string host = options.http.substr(0, options.http.rfind(':'));
     spdlog::info("the page is at {}://{}:{}/", options.tls.given() ? "https" : "http",
-                 options.http.substr(0, options.http.rfind(':')), web->port());
+                 host == "0.0.0.0" || host == "[::]" ? host_name() : host, web->port());
   }
   LM_RETURN_IF_ERROR(write_port(options.http_port_file, web == nullptr ? 0 : web->port()));
   HostMonitor monitor(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),

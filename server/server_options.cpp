@@ -184,7 +184,7 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
             "interval of workers' heartbeats. It grows so that all workers together send at most 500 a "
             "second, up to a quarter of --lease-seconds");
   add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
-            "after a start, running jobs wait this time for workers to return with the work that they hold");
+            "after a restart, running jobs wait this long for workers to reconnect with their leases");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "units are so large that each keeps its worker busy for at least this time");
   add_limit(
@@ -256,7 +256,7 @@ const CLI::App& add_check_command(CLI::App& app, ServerOptions& options) {
                     "check even if the database has lost acknowledged commits. Otherwise such a database is refused");
   add_log_options(*check, options.log);
   check->footer(
-      "No coordinator may be active. Damaged data is removed. The next coordinator has it rendered again, if possible."
+      "No coordinator may be active. Damaged data is removed. When a coordinator starts, workers render it again, if possible."
       "\nExit codes: 0 nothing is lost, 1 something is lost or cannot be checked, 2 bad usage.\n\nExamples:\n"
       "  lightmill-server check --data /var/lib/lightmill");
   return *check;

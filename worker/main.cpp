@@ -140,7 +140,8 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion),
                        "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
-  app.add_option("--server", options.server, "HOST:PORT of the coordinator. Several, with commas, are tried in turn")
+  app.add_option("--server", options.server,
+                 "HOST:PORT of the coordinator. Several, separated by commas, are tried in turn")
       ->type_name("HOST:PORT[,HOST:PORT]")
       ->envname(kServerVariable)
       ->capture_default_str();

@@ -78,7 +78,7 @@ void add_common_options(CLI::App& command, Context& context) {
   command
       .add_option(
           "--server", context.common.server,
-          "address of the coordinator, or of several, with commas (default: $LIGHTMILL_SERVER, else 127.0.0.1:7350)")
+          "address of the coordinator, or several separated by commas (default: $LIGHTMILL_SERVER, else 127.0.0.1:7350)")
       ->type_name("HOST:PORT");
   add_json_option(command, context);
   add_caller_options(command, context.common.caller, kBriefAccess);

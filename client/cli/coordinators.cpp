@@ -42,8 +42,9 @@ Status to_status(const grpc::Status& status, const std::string& address) {
     return ok_status();
   }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-    return unavailable("the server at {} is not a Lightmill coordinator of this version: {}", address,
-                       status.error_message());
+    return unavailable(
+        "the coordinator at {} has another version, or is another program: {}. Use its version of lightmill", address,
+        status.error_message());
   }
   return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
 }

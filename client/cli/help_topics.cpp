@@ -56,19 +56,20 @@ void explain_audits(const Console& console) {
 }
 
 void explain_exit_codes(const Console& console) {
-  print_table(console,
-              {{"CODE", "MEANS"},
-               {"0", "done"},
-               {"1", "the job failed or was cancelled, a check found a difference, or writing a result failed"},
-               {"2", "bad usage or bad input, such as a place where no file can be written"},
-               {"3", "the farm is unreachable or full: try again later"},
-               {"130", "interrupted"}});
+  print_table(
+      console,
+      {{"CODE", "MEANS"},
+       {"0", "done"},
+       {"1", "the job failed, was cancelled or is gone, a check found a difference, or writing a result failed"},
+       {"2", "bad usage or bad input, such as a place where no file can be written"},
+       {"3", "the farm is unreachable or full, or the job has no picture yet: try again later"},
+       {"130", "interrupted"}});
 }
 
 void explain_farm(const Console& console) {
   print_text(console,
              "A command uses the farm of --server, else that of LIGHTMILL_SERVER, else the one at 127.0.0.1:7350. "
-             "Several addresses, with commas, are the active coordinator and its standbys: A:7350,B:7350.\n\n"
+             "Several addresses, separated by commas, are the active coordinator and its standbys: A:7350,B:7350.\n\n"
              "`render`, `verify` and `lab` need no farm. If no address is given and no farm answers at "
              "127.0.0.1:7350, they start a local farm. They stop it at the end. --local always starts one.\n\n"
              "Ctrl-C in `render` cancels the job. Its picture can still be fetched. With a local farm, Ctrl-C writes "
@@ -122,14 +123,16 @@ void explain_limits(const Console& console) {
                         {"--spp N", "at N samples per pixel"},
                         {"--seconds T", "after T of rendering (90, 1.5m, 2h), with a sample for each pixel"},
                         {"--error E", "when the error (relMSE) is at most E, with 95% confidence"}});
-  print_text(console,
-             "\nAn error is checked when each pixel has 2^k or 3·2^k samples, from 16. The counts follow from the film "
-             "alone, so a job stops with the same picture on any farm. "
-             "An error of 0.01 is ±10% and slightly noisy, 0.001 is ±3% and smooth.\n\n"
-             "With --adaptive, a pilot measures the noise first. Then noisy tiles get up to 4 times the samples, "
-             "and smooth tiles down to a quarter. The average stays the same. The pilot's samples do not enter the "
-             "picture.\n\n"
-             "`lightmill extend JOB` raises a limit, also of a finished job.");
+  print_text(
+      console,
+      "\nAn error is checked when each pixel has 2^k or 3·2^k samples, from 16. The counts follow from the film "
+      "alone, so a job stops with the same picture on any farm. "
+      "An error of 0.01 is ±10% and slightly noisy, 0.001 is ±3% and smooth.\n\n"
+      "With --adaptive, a pilot measures the noise first. Then noisy tiles get up to 4 times the samples, "
+      "and smooth tiles down to a quarter. The average stays the same. The pilot's samples do not enter the "
+      "picture.\n\n"
+      "`lightmill extend JOB` raises the samples or lowers the error, also of a finished job. A time limit cannot be "
+      "extended.");
 }
 
 void explain_measures(const Console& console) {

@@ -35,7 +35,7 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
     return console.fail(film.status());
   }
   if (film->picture.receipt.max_samples == 0 && film->job.state() != v1::JOB_STATE_DONE) {
-    return console.fail(make_error(StatusCode::kFailedPrecondition, "job {} has no samples yet: it is {}", id,
+    return console.fail(make_error(StatusCode::kUnavailable, "job {} has no samples yet: it is {}. Try again later", id,
                                    state_name(film->job.state())));
   }
   if (const Status status = outputs.denoise ? denoise(film->picture) : ok_status(); !status.ok()) {

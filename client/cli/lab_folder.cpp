@@ -38,7 +38,8 @@ Result<LabFolder> LabFolder::open(const fs::path& path) {
     std::error_code error;
     fs::create_directories(path / name, error);
     if (error) {
-      return invalid_argument("cannot make the folder {}: {}", (path / name).string(), error.message());
+      return invalid_argument("cannot make the folder {}: {}. Choose another one", (path / name).string(),
+                              error.message());
     }
   }
   LM_ASSIGN_OR_RETURN(

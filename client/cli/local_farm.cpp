@@ -53,7 +53,9 @@ void remove_abandoned() {
 Result<fs::path> make_folder() {
   std::string name = (temporary_root() / fmt::format("{}{}-XXXXXX", kFolderPrefix, ::getpid())).string();
   if (::mkdtemp(name.data()) == nullptr) {
-    return failed_precondition("cannot create a folder for a local farm, {}: {}", name, std::strerror(errno));
+    return failed_precondition(
+        "cannot create a folder for a local farm, {}: {}. Set TMPDIR to a folder that you can write to", name,
+        std::strerror(errno));
   }
   return fs::path(name);
 }

@@ -121,8 +121,8 @@ std::string audits_text(const v1::Job& job) {
   } else if (job.audit_share() <= 0) {
     text = "unaudited: not requested";
   } else if (unaudited == 0 && merged > 0) {
-    text = fmt::format("unaudited: no result was drawn at a share of {:.3g}% ({})", 100 * job.audit_share(),
-                       counted(merged, "result"));
+    text = fmt::format("unaudited: none of {} was selected at a share of {:.3g}%", counted(merged, "result"),
+                       100 * job.audit_share());
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
@@ -233,8 +233,8 @@ std::vector<Field> fields_of(const v1::Job& job) {
   std::vector<Field> fields{
       {fmt::format("{:3.0f}%", std::floor(100 * fraction_done(job))), 4},
       {tail_text(job), static_cast<int>(std::string_view("ETA 13 min 39 s").size())},
-      {samples_text(job), static_cast<int>(job.goal().samples() > 0 ? 2 * wanted.size() + 5 : 10)},
       {error.empty() ? "" : "error " + error, static_cast<int>(std::string_view("error +0.12%").size())},
+      {samples_text(job), static_cast<int>(job.goal().samples() > 0 ? 2 * wanted.size() + 5 : 10)},
       {rated ? human_rate(job.samples_per_second()) : "",
        static_cast<int>(std::string_view("1.23 Msamples/s").size())}};
   if (job.goal().error() > 0) {
@@ -280,10 +280,9 @@ std::string progress_text(const v1::Job& job, int width) {
       continue;
     }
     const std::string longer = line.empty() ? field.text : line + "  " + field.text;
-    if (columns_of(longer) > width) {
-      break;
+    if (columns_of(longer) <= width) {
+      line = longer;
     }
-    line = longer;
   }
   return line;
 }
@@ -294,10 +293,10 @@ std::string progress_line(const v1::Job& job, int width, bool color) {
     const int missing = std::max(field.columns - columns_of(field.text), 0);
     const std::string padded = field.text + std::string(static_cast<std::size_t>(missing), ' ');
     const std::string longer = text.empty() ? padded : text + "  " + padded;
-    if (columns_of(longer) + kMinBar + 3 > width && !text.empty()) {
-      break;
+    // A later field may be shorter.
+    if (columns_of(longer) + kMinBar + 3 <= width || text.empty()) {
+      text = longer;
     }
-    text = longer;
   }
   const int room = std::min(width - columns_of(text) - 3, kMaxBar);
   text.resize(text.find_last_not_of(' ') + 1);

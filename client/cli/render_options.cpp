@@ -168,7 +168,10 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       "let workers of all fingerprint classes render it, even if they round differently. Then its bits cannot be "
       "reproduced");
   command.add_option("--name", spec.name, "name of the job (default: the scene's name)")->type_name("NAME");
-  command.add_option("--owner", spec.owner, "owner of the job (default: you)")->type_name("NAME");
+  command
+      .add_option("--owner", spec.owner,
+                  "owner of the job (default: you). A farm that authenticates users takes their name instead")
+      ->type_name("NAME");
   command.option_defaults()->group("Options");
 }
 

@@ -110,6 +110,12 @@ int color_of_activity(std::string_view activity) {
   return activity.starts_with("quarantine") ? 31 : activity == "working" ? 32 : 0;
 }
 
+bool is_shown_by_others(const v1::Worker& worker, const std::vector<v1::Worker>& workers) {
+  return worker.away() && std::ranges::any_of(workers, [&](const v1::Worker& other) {
+           return !other.away() && !other.quarantine().empty() && other.name().starts_with(worker.name() + "/");
+         });
+}
+
 Rows worker_rows(const std::vector<v1::Worker>& workers) {
   Rows rows{{"WORKER", "STATE", "THREADS", "RATE", "RESULTS", "LOST", "UP"}};
   const bool hosts = std::ranges::any_of(workers, [](const v1::Worker& worker) {
@@ -119,6 +125,9 @@ Rows worker_rows(const std::vector<v1::Worker>& workers) {
     rows.front().emplace_back("HOST");
   }
   for (const v1::Worker& worker : workers) {
+    if (is_shown_by_others(worker, workers)) {
+      continue;
+    }
     std::vector<std::string>& row = rows.emplace_back();
     row = worker.away() ? std::vector<std::string>{worker.name(), activity(worker), "-", "-", "-", "-", "-"}
                         : std::vector<std::string>{worker.name(),

@@ -157,7 +157,7 @@ Result<double> parse_share(std::string_view text) {
   const bool in_percent = text.ends_with('%');
   const auto number = parse_number<double>(text.substr(0, text.size() - (in_percent ? 1 : 0)));
   if (!in_percent || !number || !(*number >= 0 && *number <= 100)) {
-    return invalid_argument("a share is a percentage (as in 5%), all or none, got '{}'", text);
+    return invalid_argument("a share is a percentage from 0% to 100% (as in 5%), all or none, got '{}'", text);
   }
   return *number / 100;
 }

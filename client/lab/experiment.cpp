@@ -213,7 +213,8 @@ Result<Experiment> parse_experiment(std::string_view text, const fs::path& folde
   try {
     document = json::parse(text);
   } catch (const json::parse_error& error) {
-    return invalid_argument("{}", printable(error.what()));
+    const JsonFault fault = json_fault(error.what());
+    return invalid_argument("not JSON at {}: {}", fault.place, fault.what);
   }
   LM_RETURN_IF_ERROR(check_keys(document, "experiment",
                                 {"title", "scenes", "methods", "seeds", "width", "height", "samples", "errors",

@@ -90,7 +90,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit_bytes) {
     return errno_error("cannot read", path);
   }
   if (S_ISDIR(info.st_mode)) {
-    return invalid_argument("cannot read {}: it is a directory", path.string());
+    return invalid_argument("cannot read {}: it is a folder", path.string());
   }
   std::string bytes;
   std::array<char, 1 << 16> buffer;

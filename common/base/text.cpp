@@ -38,9 +38,12 @@ Character first_character(std::string_view text) {
   return {code, bytes, true};
 }
 
+/// Control characters, marks of the writing direction, and characters that cannot be seen. Joiners are allowed, because
+/// some scripts and emoji need them.
 bool is_control(char32_t code) {
-  return code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x2028 && code <= 0x202e) ||
-         (code >= 0x2066 && code <= 0x2069);
+  return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x00ad || code == 0x061c || code == 0x180e ||
+         code == 0x200b || code == 0x200e || code == 0x200f || (code >= 0x2028 && code <= 0x202e) ||
+         (code >= 0x2060 && code <= 0x206f) || code == 0xfeff || (code >= 0xe0000 && code <= 0xe007f);
 }
 
 std::string escaped(const Character& character) {
@@ -123,6 +126,17 @@ std::string library_text(std::string_view text) {
     }
   }
   return cut_text(printable(line), kMaxBytes);
+}
+
+JsonFault json_fault(std::string_view text) {
+  constexpr std::string_view kPlaced = "parse error at ";
+  text.remove_prefix(text.find("] ") == text.npos ? 0 : text.find("] ") + 2);
+  std::string place;
+  if (const std::size_t end = text.find(": "); text.starts_with(kPlaced) && end != text.npos) {
+    place = text.substr(kPlaced.size(), end - kPlaced.size());
+    text.remove_prefix(end + 2);
+  }
+  return {place, library_text(text)};
 }
 
 std::string cut_text(std::string text, std::size_t most_bytes) {

@@ -32,6 +32,14 @@ std::string json_text(std::string_view text);
 /// The result is printable and has at most 400 bytes.
 std::string library_text(std::string_view text);
 
+/// A fault in a JSON text: where it is ("line 1, column 6"; empty if unknown), and what is wrong, as library_text.
+struct JsonFault {
+  std::string place, what;
+};
+
+/// From the text of an exception of nlohmann::json: "[json.exception.parse_error.101] parse error at line 1, column 6: …".
+JsonFault json_fault(std::string_view exception_text);
+
 /// `text` if it fits, else the whole characters of its first `most_bytes` and "…". UTF-8.
 std::string cut_text(std::string text, std::size_t most_bytes);
 

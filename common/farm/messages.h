@@ -53,7 +53,7 @@ struct HeldLease {
 
 /// The first message on every stream, also after a reconnect.
 struct WorkerHello {
-  std::string name;  ///< unique on the farm; a second worker of this name replaces the first
+  std::string name;  ///< unique on the farm; while it sends heartbeats, a second process of this name is refused
   std::string host;
   std::uint32_t pid = 0;
   std::uint32_t threads = 1;
@@ -152,6 +152,7 @@ struct Welcome {
   Duration heartbeat_interval{};
   Duration lease_duration{};  ///< a lease that is not renewed for this long is lost
   Hash128 farm{};             ///< id of the farm: grants of another farm are not valid here
+  std::string worker{};  ///< its name in the farm, which begins with its identity; grants of another one are not valid
 };
 
 /// Describes a job. Sent before the first lease of this job that the worker holds in this session.

@@ -9,8 +9,8 @@
 namespace lightmill {
 namespace {
 
-/// Factor of a tile's error by its shift. More samples are counted like random ones. Fewer samples are counted as
-/// worse: errors of low-discrepancy points fall faster than 1/n, up to n^-2 where the picture is smooth.
+/// Factor of a tile's error when its samples change by 2^shift. Doubling them halves the error, as for random points.
+/// Halving them counts fourfold: errors of low-discrepancy points fall faster, up to n^-2 where the picture is smooth.
 double error_factor(int shift) {
   return std::ldexp(1.0, shift >= 0 ? -shift : -2 * shift);
 }

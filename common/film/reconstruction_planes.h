@@ -12,7 +12,7 @@ namespace lightmill {
 inline constexpr int kFeatures = 7;                ///< albedo, normal, 1/depth
 inline constexpr std::size_t kFeaturePlanes = 10;  ///< of one half, with the squared lengths
 inline constexpr int kCenterRows = 8;              ///< of a block of centers
-inline constexpr int kCenterColumns = 32;          ///< the same
+inline constexpr int kCenterColumns = 32;          ///< of a block of centers
 inline constexpr int kPad = 10;                    ///< pixels around the picture; even, enough for window and patch
 inline constexpr float kUnknownVariance = 1e30f;   ///< variance of a pixel without both halves
 

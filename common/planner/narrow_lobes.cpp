@@ -59,7 +59,7 @@ Lobes lobes_of(const Material& material) {
                           }
                         },
                         [&](const DielectricMaterial& m) {
-                          // Almost no refraction is as narrow as none (see RoughDielectric8).
+                          // With an index near 1 the lobe is so narrow that it counts as a delta (see RoughDielectric8).
                           lobes.add(m.roughness * m.roughness * std::abs(m.ior - 1) < 1e-5 ? 0 : m.roughness);
                           lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
                         },

@@ -39,7 +39,7 @@ std::string compare(const std::string& simplest, const PilotMeasure& its, const 
   };
   for (const auto& [name, batches] : {std::pair(simplest, silent(its)), std::pair(other, silent(others))}) {
     if (batches > 0) {
-      return fmt::format("{} of {} saw no noise", batches == 2 ? "two pilots" : "one of two pilots", name);
+      return fmt::format("{} had no noise in {}", name, batches == 2 ? "two pilots" : "one of two pilots");
     }
   }
   const std::array ratios{its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1)};

@@ -15,6 +15,8 @@
 
 namespace lightmill {
 
+inline constexpr std::size_t kMaxSceneNameBytes =
+    1000;  ///< of each name: of textures, materials, objects, lights, meters
 inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< of textures, materials, objects or lights
 inline constexpr std::size_t kMaxMedia = 65'535;            ///< materials that transmit light
 

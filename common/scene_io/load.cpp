@@ -128,7 +128,8 @@ Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedS
   if (const std::optional<std::int64_t> number = parse_number<std::int64_t>(wanted)) {
     const auto count = static_cast<std::int64_t>(loaded.cameras.size());
     if (*number < 1 || *number > count) {
-      return invalid_argument("--camera {}: the scene has {}", wanted, counted(loaded.cameras.size(), "camera"));
+      return invalid_argument("--camera {}: the scene has {}. Give the number or name of one, a camera file, or auto",
+                              wanted, counted(loaded.cameras.size(), "camera"));
     }
     use_camera(loaded.cameras[static_cast<std::size_t>(*number - 1)], loaded.scene);
     return ok_status();
@@ -138,10 +139,9 @@ Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedS
   }
   const Result<std::string> text = files.read(wanted, kMaxDocumentBytes);
   if (!text.ok()) {
-    return make_error(text.status().code(), "{}, and {}", message_of(text.status()),
-                      loaded.cameras.empty()
-                          ? "the scene has no cameras with names: a JSON file that holds one is expected"
-                          : "none of the scene's cameras has this name: " + names_of(loaded.cameras));
+    return make_error(text.status().code(), "--camera {}: the scene has no camera of this name{}. As a file: {}",
+                      wanted, loaded.cameras.empty() ? "" : fmt::format(". Its cameras: {}", names_of(loaded.cameras)),
+                      message_of(text.status()));
   }
   LM_ASSIGN_OR_RETURN(loaded.scene.camera, read_camera_json(*text, wanted));
   return ok_status();

@@ -73,8 +73,7 @@ std::vector<std::string> plan_notices(const SceneFacts& facts) {
   if (!facts.lossless) {
     return {};
   }
-  return {
-      "no surface absorbs some colour: in a closed room its light never fades, and paths end only at --max-bounces"};
+  return {"no surface or medium absorbs one of the colour channels: in a closed room paths end only at --max-bounces"};
 }
 
 }  // namespace
@@ -119,8 +118,8 @@ ReportRows scene_rows(const LoadedScene& loaded, const SceneReport& report) {
   for (const Meter& meter : scene.meters) {
     rows.push_back({"meter " + meter.name, std::string(quantity_of(meter))});
   }
-  rows.push_back(
-      {"assets", fmt::format("{}, {} in all", counted(loaded.assets.size(), "file"), human_bytes(report.asset_bytes))});
+  rows.push_back({"to send", fmt::format("{} (meshes and images), {} in all", counted(loaded.assets.size(), "asset"),
+                                         human_bytes(report.asset_bytes))});
   return rows;
 }
 

@@ -32,13 +32,18 @@ Result<std::string> read_token(const std::string& file, const char* option) {
   return id.ok() ? Result<std::string>(std::move(text)) : with_context(id.status(), where);
 }
 
-/// Users who set environment variables did not type the options that an error names.
-std::string with_variables(const CallerFiles& files) {
+/// Users who set environment variables did not type the options that an error names. Names the variables of the files in
+/// `message`, or of all files if it has none.
+std::string with_variables(const CallerFiles& files, const std::string& message) {
+  const auto named = [&](const std::string& file) { return !file.empty() && message.find(file) != message.npos; };
+  const bool any =
+      named(files.tls.authority) || named(files.tls.certificate) || named(files.tls.key) || named(files.token_file);
   std::string set;
   for (const auto& [variable, file] :
        {std::pair(kAuthorityVariable, &files.tls.authority), std::pair(kCertificateVariable, &files.tls.certificate),
         std::pair(kKeyVariable, &files.tls.key), std::pair(kTokenFileVariable, &files.token_file)}) {
-    if (const char* const value = std::getenv(variable); value != nullptr && !file->empty() && *file == value) {
+    if (const char* const value = std::getenv(variable);
+        value != nullptr && !file->empty() && *file == value && (!any || named(*file))) {
       set += fmt::format("{}{}", set.empty() ? "" : ", ", variable);
     }
   }
@@ -68,7 +73,8 @@ Result<CallerTexts> read_caller(const CallerFiles& files, std::span<const std::s
                                 std::int64_t now_unix_s) {
   Result<CallerTexts> caller = read(files, servers, now_unix_s);
   return caller.ok() ? std::move(caller)
-                     : make_error(caller.status().code(), "{}{}", message_of(caller.status()), with_variables(files));
+                     : make_error(caller.status().code(), "{}{}", message_of(caller.status()),
+                                  with_variables(files, message_of(caller.status())));
 }
 
 }  // namespace lightmill

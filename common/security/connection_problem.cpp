@@ -309,7 +309,7 @@ Status check_answers(int socket, bool encrypted) {
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts) {
   Problem problem = problem_of_attempt(address, texts);
   if (problem.refused) {
-    // A coordinator that ends closes its connections in the same way, but not twice.
+    // A coordinator that is shutting down closes its connections in the same way. A second attempt tells the two apart.
     std::this_thread::sleep_for(kPauseOfAttempts);
     problem = problem_of_attempt(address, texts);
   }

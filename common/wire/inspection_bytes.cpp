@@ -17,7 +17,7 @@ template <class Message>
 auto unpacked(std::string_view bytes) -> decltype(from_wire(Message())) {
   Message message;
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return invalid_argument("{} bytes are no {}", bytes.size(), Message::descriptor()->name());
+    return invalid_argument("{} bytes are not a valid {}", bytes.size(), Message::descriptor()->name());
   }
   return from_wire(message);
 }

@@ -1,9 +1,11 @@
 #include "common/wire/bytes.h"
 
 #include <algorithm>
+#include <array>
 
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
+#include "common/wire/scene_proto.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/worker_service.pb.h"
 
@@ -102,6 +104,9 @@ Result<Inspection> from_wire(const v1::InspectSceneResponse& response) {
     return invalid_argument("found: a scene of {} bytes with {} assets is beyond the limits of {} and {}",
                             response.packed().size(), response.assets_size(), kMaxSceneBytes, kMaxAssets);
   }
+  if (const std::size_t entries = count_entries(response.packed()); entries > kMaxInspectedEntries) {
+    return invalid_argument("found: a scene of {} entries is beyond the limit of {}", entries, kMaxInspectedEntries);
+  }
   Inspection out;
   out.scene = response.packed();
   for (const std::string& bytes : response.assets()) {
@@ -142,10 +147,13 @@ Result<InspectReport> from_wire(const v1::InspectReport& report) {
       return invalid_argument("inspection.problem: {} bytes are more than the limit of {}", report.problem().size(),
                               kMaxReasonBytes);
     }
-    constexpr int kLast = static_cast<int>(StatusCode::kUnauthenticated);
-    const int code =
-        report.code() < 0 || report.code() > kLast ? static_cast<int>(StatusCode::kUnknown) : report.code();
-    return InspectReport{id, make_error(static_cast<StatusCode>(code), "{}", report.problem())};
+    // A reader's own reasons. The user must not take the worker's answer for one of the coordinator about their rights.
+    constexpr std::array kPassedOn{StatusCode::kInvalidArgument, StatusCode::kResourceExhausted,
+                                   StatusCode::kFailedPrecondition, StatusCode::kDeadlineExceeded,
+                                   StatusCode::kUnavailable};
+    const auto code = static_cast<StatusCode>(report.code());
+    const bool known = std::ranges::find(kPassedOn, code) != kPassedOn.end();
+    return InspectReport{id, make_error(known ? code : StatusCode::kUnknown, "{}", printable(report.problem(), true))};
   }
   LM_ASSIGN_OR_RETURN(Inspection found, from_wire(report.found()));
   return InspectReport{id, std::make_shared<const Inspection>(std::move(found))};

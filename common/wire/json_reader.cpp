@@ -254,11 +254,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
         return fail("", "not JSON: a comma before {}. Remove it", read[bracket]);
       }
     }
-    std::string what = error.what();
-    if (const std::size_t column = what.find(", column "); column != std::string::npos) {
-      what = what.substr(what.find(": ", column) + 2);
-    }
-    return fail("", "not JSON: {}", library_text(what));
+    return fail("", "not JSON: {}", json_fault(error.what()).what);
   }
 
  private:

@@ -12,6 +12,7 @@
 namespace lightmill {
 
 inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;  ///< of a packed scene document
+inline constexpr std::size_t kMaxInspectedEntries = 100'000;          ///< of a scene that a worker reads for a page
 inline constexpr std::size_t kMaxAssets = 10'000;                     ///< of one scene
 inline constexpr std::size_t kMaxLayers = 64;                         ///< of one film
 inline constexpr std::size_t kMaxChannels = 96;                       ///< of all layers of one film together

@@ -1,5 +1,8 @@
 #include "common/wire/scene_proto.h"
 
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/wire_format_lite.h>
+
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -253,9 +256,24 @@ std::string pack_scene(const Scene& scene) {
   return deterministic_bytes(message);
 }
 
+std::size_t count_entries(std::string_view packed) {
+  using google::protobuf::internal::WireFormatLite;
+  google::protobuf::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(packed.data()),
+                                            static_cast<int>(packed.size()));
+  std::size_t entries = 0;
+  for (std::uint32_t tag = in.ReadTag(); tag != 0 && WireFormatLite::SkipField(&in, tag); tag = in.ReadTag()) {
+    ++entries;
+  }
+  return entries;
+}
+
 Result<Scene> unpack_scene(std::string_view bytes) {
   if (bytes.size() > kMaxSceneBytes) {
     return invalid_argument("a packed scene of {} bytes is more than the limit of {}", bytes.size(), kMaxSceneBytes);
+  }
+  // An empty entry has two bytes, and takes hundreds when it is parsed.
+  if (const std::size_t entries = count_entries(bytes); entries > 2 * kMaxSceneEntries) {
+    return invalid_argument("a packed scene of {} entries is more than the limit of {}", entries, 2 * kMaxSceneEntries);
   }
   v1::Scene message;
   if (!parse_bytes(bytes, &message)) {

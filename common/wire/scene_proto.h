@@ -37,6 +37,9 @@ Result<Scene> from_wire(const v1::Scene& scene);
 /// The packed form. Equal scenes give equal bytes on every machine. The scene must be valid.
 std::string pack_scene(const Scene& scene);
 
+/// Entries of a packed document: materials, textures, objects, lights and meters together. Reads only their lengths.
+std::size_t count_entries(std::string_view packed);
+
 /// The inverse. It checks everything.
 Result<Scene> unpack_scene(std::string_view bytes);
 

@@ -226,6 +226,7 @@ struct ResponseWriter {
     *wire->mutable_heartbeat_interval() = to_wire(welcome.heartbeat_interval);
     *wire->mutable_lease_duration() = to_wire(welcome.lease_duration);
     wire->set_farm(hash_bytes(welcome.farm));
+    wire->set_worker(welcome.worker);
   }
   void operator()(const JobDescription& job) const {
     v1::JobDescription* wire = out->mutable_job();
@@ -267,7 +268,8 @@ Result<CoordinatorMessage> welcome_from_wire(const v1::Welcome& welcome) {
                       duration_from_wire("welcome.heartbeat_interval", welcome.heartbeat_interval()));
   LM_ASSIGN_OR_RETURN(out.lease_duration, duration_from_wire("welcome.lease_duration", welcome.lease_duration()));
   LM_ASSIGN_OR_RETURN(out.farm, hash_from_bytes(welcome.farm()));
-  return CoordinatorMessage(out);
+  out.worker = welcome.worker();
+  return CoordinatorMessage(std::move(out));
 }
 
 Result<CoordinatorMessage> job_from_wire(const v1::JobDescription& job) {

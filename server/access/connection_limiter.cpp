@@ -176,6 +176,16 @@ void ConnectionLimiter::clear_caller(const std::string& peer, Time now) {
   }
 }
 
+std::vector<ConnectionLimiter::Id> ConnectionLimiter::unknown() const {
+  std::vector<Id> ids;
+  for (const auto& [size, name] : by_size_) {
+    for (const auto& [until, id] : addresses_.at(name).served) {
+      ids.push_back(id);
+    }
+  }
+  return ids;
+}
+
 ConnectionLimiter::Changes ConnectionLimiter::update(Time now) {
   Changes changes;
   std::vector<std::string> keys;

@@ -54,6 +54,11 @@ class ConnectionLimiter {
   /// to make room for others.
   void clear_caller(const std::string& peer, Time now);
 
+  /// Served connections whose caller is unknown.
+  std::vector<Id> unknown() const;
+  /// The connection is being ended, and counts no longer for its address.
+  void end(Id id) { set_state(id, State::ending); }
+
   struct Changes {
     std::vector<Id> serve;  ///< these waited until now
     std::vector<Id> end;    ///< unknown ones whose time is over, one for each that is served instead

@@ -23,6 +23,8 @@ namespace {
 
 /// A packed scene can have 16 MiB. Other messages are small.
 constexpr int kMaxMessageBytes = 20 << 20;
+/// Bytes of a connection before its first call is admitted. gRPC keeps a whole request until then, and a long header.
+constexpr std::uint64_t kMaxUnknownBytes = 4 << 20;
 /// Concurrent streams of one connection. More wait.
 constexpr int kMaxConnectionStreams = 1'000;
 /// Time for running calls when the server stops.
@@ -82,6 +84,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   auto parts = std::make_unique<Parts>(runtime, options);
   LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--listen", options.connections));
 
+  parts->listener->limit_unknown({kMaxUnknownBytes, options.wire_bytes / 4});
   redirect_grpc_log();
   grpc::EnableDefaultHealthCheckService(true);
   static std::once_flag reflection_once;

@@ -16,8 +16,8 @@ constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 /// the next one. Deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
-  UploadStream(AssetStore& assets, CallThreads& threads, Call call, Traffic& traffic)
-      : assets_(assets), threads_(threads), call_(std::move(call)), traffic_(traffic) {
+  UploadStream(Runtime& runtime, CallThreads& threads, Call call)
+      : runtime_(runtime), threads_(threads), call_(std::move(call)) {
     read_next();
   }
 
@@ -45,26 +45,26 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
     StartRead(&request_);
   }
   Status take() {
+    LM_RETURN_IF_ERROR(runtime_.access().check_still_holds(call_.caller));
     if (upload_ == nullptr) {
       LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(request_.digest()));
-      LM_ASSIGN_OR_RETURN(upload_, assets_.start_upload(digest, uploader(call_.caller)));
+      LM_ASSIGN_OR_RETURN(upload_, runtime_.assets().start_upload(digest, uploader(call_.caller)));
     } else if (!request_.digest().empty()) {
       return invalid_argument("digest: only the first message has one");
     }
     if (request_.chunk().size() > kMaxChunkBytes) {
       return invalid_argument("chunk: {} bytes are more than the limit of {}", request_.chunk().size(), kMaxChunkBytes);
     }
-    traffic_.assets_in += request_.chunk().size();
+    runtime_.loop().traffic().assets_in += request_.chunk().size();
     return upload_->append(as_byte_view(request_.chunk()));
   }
   Status complete() {
     return upload_ == nullptr ? invalid_argument("digest: nothing was uploaded") : upload_->finish();
   }
 
-  AssetStore& assets_;
+  Runtime& runtime_;
   CallThreads& threads_;
   const Call call_;
-  Traffic& traffic_;
   v1::UploadAssetRequest request_;
   std::unique_ptr<AssetStore::Upload> upload_;
 };
@@ -113,6 +113,10 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     write_next();
   }
   void write_next() {
+    if (const Status holds = runtime_.access().check_still_holds(call_.caller); !holds.ok()) {
+      Finish(to_grpc(holds));
+      return;
+    }
     Result<std::string> chunk = reader_->next(kSentChunkBytes);
     if (!chunk.ok()) {
       Finish(to_grpc(chunk.status().code() == StatusCode::kDataLoss ? forget() : unreadable(chunk.status())));
@@ -162,7 +166,7 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
-  return new UploadStream(runtime_.assets(), threads_, *call, runtime_.loop().traffic());
+  return new UploadStream(runtime_, threads_, *call);
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(

@@ -3,11 +3,20 @@
 #include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
 
 #include "common/base/check.h"
 #include "server/api/grpc_access.h"
 
 namespace lightmill {
+namespace {
+
+// The port answers everybody, without authentication.
+constexpr int kMaxHealthBytes = 1024, kMaxHealthStreams = 8;
+constexpr std::size_t kHealthWireBytes = std::size_t{16} << 20;
+constexpr int kMaxConnectionAgeMs = 60'000, kLastCallsMs = 1'000;
+
+}  // namespace
 
 HealthPort::HealthPort() : others_(std::make_unique<grpc::CallbackGenericService>()) {}
 
@@ -16,6 +25,11 @@ Result<std::unique_ptr<HealthPort>> HealthPort::open(const std::string& listen, 
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
   leave_out_reflection(builder);
+  builder.SetMaxReceiveMessageSize(kMaxHealthBytes);
+  builder.SetResourceQuota(grpc::ResourceQuota("health").Resize(kHealthWireBytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxHealthStreams);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, kMaxConnectionAgeMs);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, kLastCallsMs);
   auto health = std::unique_ptr<HealthPort>(new HealthPort());
   Listener::Take take = serve_sockets(builder, grpc::InsecureServerCredentials());
   // gRPC does not start a server that has only health checks.

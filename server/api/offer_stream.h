@@ -63,12 +63,12 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
         return;
       }
     }
-    loop_.poke();
+    loop_.wake();
   }
   void OnCancel() override { fail(client_left()); }
   void OnDone() override {
     call_.slot->call_ended();
-    loop_.poke();             // the hub drops closed streams
+    loop_.wake();             // the hub drops closed streams
     registry_->remove(this);  // the last use of this object, except by the hub
   }
 

@@ -156,7 +156,7 @@ Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const 
 std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
   std::set<Renderer> all;
   for (const auto& [name, worker] : workers_.all()) {
-    if (worker.stays() && may_render(worker, job) && now < worker.heard_at() + limits_.auditor_timeout) {
+    if (worker.stays() && may_render(worker, job) && now < worker.last_message() + limits_.auditor_timeout) {
       all.insert({"", identity_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)});
     }
   }

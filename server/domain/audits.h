@@ -57,8 +57,8 @@ class Audits {
   std::string reason_for_dispute(const Job& job) const;
 
  private:
-  /// Size of the result in parts of its job (kPartsOfAJob), at least 1. If the goal of the job is larger than twice its
-  /// present samples, the whole is twice its present samples.
+  /// Size of the result in parts of its job (kPartsOfAJob), at least 1. The job's size is its goal, or twice its
+  /// present samples if that is less.
   static double parts_in(const Job& job, const NodeKey& key);
   /// Claim for the bits of the film there. Nothing if the job allows several classes and a worker of another class than
   /// `by`'s, or an unknown one, rendered a part.

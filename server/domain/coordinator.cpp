@@ -143,7 +143,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
   }
   Worker* const worker = parts.workers.of(session);
   auto* const result = std::get_if<WorkerResult>(&message);
-  bool may_read_again = worker != nullptr && parts.workers.heard(*worker, result != nullptr, now);
+  bool may_read_again = worker != nullptr && parts.workers.note_message(*worker, result != nullptr, now);
   if (result != nullptr) {
     parts.intake.take(session, std::move(*result), event);
     return;

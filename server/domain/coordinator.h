@@ -107,7 +107,7 @@ class Coordinator {
   /// The worker leaves its place to another. Its leases are given back, and its session ends.
   void evict_worker(SessionId session, Time now, Effects& effects);
 
-  /// Workers send more than the coordinator can read now. Until it hears them again, their silence proves nothing.
+  /// Workers send more than the coordinator can read now. Until their messages are read again, they do not time out.
   void note_backlog(Time now);
 
   /// The grants of these leases were in `after_commit`, and were sent at `now`. Before this call the leases do not

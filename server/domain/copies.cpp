@@ -113,7 +113,7 @@ void Copies::copy_one(Worker& worker, std::vector<Late>& late, const Event& even
     const bool same_identity = workers_.at(lease.worker).identity() == worker.identity();
     if (lease.worker == worker.name() || !sooner || (same_identity && (at->for_others || lease.alone)) ||
         !(job.undecided() ? Pilots::may_have(worker, job, event.now) : may_have(worker, job, event.now))) {
-      ++at;  // the next worker may
+      ++at;  // another idle worker may copy it
       continue;
     }
     const bool audits = lease.audits;

@@ -26,10 +26,11 @@ void Dismissals::distrust(SessionId session, LeaseId lease_id, const Status& err
       lease != nullptr && lease->worker == workers_.find_session(session)->worker) {
     life_cycle_.end_lease(lease_id, {.cancel = true, .lost = true}, event);
   }
-  judge(session, workers_.count_bad_result(session, event.now), error, event);
+  count_violation(session, workers_.count_bad_result(session, event.now), error, event);
 }
 
-void Dismissals::judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event) {
+void Dismissals::count_violation(SessionId session, std::uint32_t bad_results, const Status& error,
+                                 const Event& event) {
   Worker* const worker = workers_.of(session);
   if (worker == nullptr) {
     return;

@@ -26,7 +26,7 @@ class Dismissals {
   void distrust(SessionId session, LeaseId lease, const Status& error, const Event& event);
   /// Ends the session if `bad_results` has reached the limit. Otherwise its worker gets work again. `error`: of the
   /// last bad result.
-  void judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event);
+  void count_violation(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event);
 
  private:
   const CoordinatorLimits& limits_;

@@ -26,7 +26,7 @@ inline Subject about(std::string worker) {
 
 struct Event {
   Time now;
-  std::int64_t unix_ms = 0;  ///< the same moment
+  std::int64_t unix_ms = 0;  ///< `now`, in milliseconds since 1970
   Effects& effects;
 
   void store(StoreOp op) const { effects.writes.push_back(std::move(op)); }

@@ -42,7 +42,7 @@ struct WorkerSample {
 };
 
 /// History at three scales: ten seconds for an hour, five minutes for a day, and minutes of each worker's last hour. 60
-/// KB, and 3 KB for each worker. Not thread-safe.
+/// KB, and 4 KB for each worker. Not thread-safe.
 class FarmHistory {
  public:
   static constexpr Duration kInterval = std::chrono::seconds(10);

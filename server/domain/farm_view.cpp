@@ -245,7 +245,8 @@ std::uint32_t FarmView::wanted_workers(Time now) const {
       continue;
     }
     waiting = true;
-    // If no connected worker can render it, more of their kind do not help. One new worker may be of another kind.
+    // If no connected worker can render it, more workers of their version and class would not help. A new one may be of
+    // another class.
     if (!job->leases().empty() || kinds.any_may_render(*job)) {
       const std::optional<double> keeps_busy = threads_for(*job, now);
       threads += keeps_busy.value_or(0);
@@ -261,7 +262,7 @@ std::uint32_t FarmView::wanted_workers(Time now) const {
   }
   // No busy worker is sent away, so the last work is spread over all connected workers.
   wanted = std::max<double>(wanted, busy);
-  // A worker in quarantine takes a place and does nothing.
+  // The autoscaler counts a quarantined worker, which renders nothing.
   wanted += wanted > 0 ? quarantined : 0;
   return static_cast<std::uint32_t>(std::min<double>(wanted, std::max(limits_.max_workers, busy)));
 }

@@ -71,8 +71,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     const RenderSettings& settings = job.spec().settings;
     if (may_gather(settings, job.record().method_notes) && NodeLayout(settings.layers).bias < 0) {
       return failed_precondition(
-          "an error goal needs the layer \"bias\" in the film, because the method may gather photons. Submit the job "
-          "again with an error goal");
+          "the film has no layer \"bias\", so its error cannot be a goal: the method may gather photons. Extend the job with "
+          "--spp, or submit the scene again with --error");
     }
     goal.error = to.error;
   } else if (job.record().reached == GoalLimit::error) {
@@ -86,7 +86,7 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     // [0, n). A done job may have ended before its limit of samples.
     const std::uint64_t before = std::max(has_ended(job.state()) ? 0 : goal.samples, job.samples_end());
     if (to.samples <= before || to.samples > most_samples(goal)) {
-      return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before,
+      return invalid_argument("samples (--spp) must be the new total, more than {} and at most {}, got {}", before,
                               most_samples(goal), to.samples);
     }
     goal.samples = to.samples;

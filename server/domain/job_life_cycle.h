@@ -80,7 +80,7 @@ class JobLifeCycle {
   /// message names `what`.
   Result<Job*> get(JobId id, bool ended, const char* what);
   void expire_leases(const Event& event);
-  /// A worker that is heard but sent no results for this time does not get the job again, if others may render it.
+  /// A worker that sends heartbeats but no results for this time does not get the job again, if others may render it.
   void leave_to_others(const Lease& lost, Duration silence, const Event& event);
   void delete_old(const Event& event);
   void queue_again(Job& job);

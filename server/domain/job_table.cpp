@@ -82,8 +82,10 @@ Status JobTable::check_room(const JobSpec& spec) const {
 Status JobTable::check_footprint(const JobSpec& spec, const Job* instead_of) const {
   const std::uint64_t own = finished_bytes(spec);
   if (own > limits_.film_bytes) {
-    return invalid_argument("the film may need {:.4g} GiB, more than the server's limit of {:.4g} GiB (--films-gib)",
-                            gib(own), gib(limits_.film_bytes));
+    return invalid_argument(
+        "the film may need {:.4g} GiB, more than the coordinator's limit of {:.4g} GiB (--films-gib): choose a smaller "
+        "--size, or fewer layers",
+        gib(own), gib(limits_.film_bytes));
   }
   std::uint64_t active = own, largest_ended = 0, of_owner = own;
   for (const auto& [id, job] : jobs_) {
@@ -100,14 +102,14 @@ Status JobTable::check_footprint(const JobSpec& spec, const Job* instead_of) con
   }
   if (of_owner > limits_.film_bytes_per_owner) {
     return resource_exhausted(
-        "the films of '{}' may need {:.4g} GiB of disk, more than the server's limit of {:.4g} GiB (--user-disk-gib). "
+        "the films of '{}' may need {:.4g} GiB of disk, more than the coordinator's limit of {:.4g} GiB (--user-disk-gib). "
         "Delete some jobs that have ended",
         spec.owner, gib(of_owner), gib(limits_.film_bytes_per_owner));
   }
   if (active + largest_ended > limits_.film_bytes) {
     return resource_exhausted(
         "the films of all jobs that have not ended may need {:.4g} GiB, and the largest film of an ended job {:.4g} "
-        "GiB. This is more than the server's limit of {:.4g} GiB (--films-gib). Try again when a job has ended",
+        "GiB. This is more than the coordinator's limit of {:.4g} GiB (--films-gib). Try again when a job has ended",
         gib(active), gib(largest_ended), gib(limits_.film_bytes));
   }
   return ok_status();

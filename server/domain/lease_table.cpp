@@ -292,14 +292,14 @@ void LeaseTable::extend_all(Duration late, Time now) {
 }
 
 std::optional<LeaseId> LeaseTable::next_expired(Time now) {
-  const Time heard_until = workers_.backlog_at() + limits_.lease_duration;
+  const Time kept_until = workers_.backlog_at() + limits_.lease_duration;
   while (!expiry_.empty() && expiry_.begin()->first <= now) {
     const LeaseId id = expiry_.begin()->second;
     Lease& lease = leases_.at(id);
-    if (lease.abandoned || heard_until <= now) {
+    if (lease.abandoned || kept_until <= now) {
       return id;
     }
-    set_deadline(lease, heard_until);
+    set_deadline(lease, kept_until);
   }
   return std::nullopt;
 }

@@ -80,8 +80,8 @@ class LeaseTable {
   void resume(LeaseId id, Time now);
   /// The coordinator was stopped for `late`. Every lease has at least its full time again.
   void extend_all(Duration late, Time now);
-  /// Next lease whose deadline has passed. It stays in the table. If workers could not be heard, renews their leases
-  /// instead.
+  /// Next lease whose deadline has passed. It stays in the table. If workers' messages could not be read, renews their
+  /// leases instead.
   std::optional<LeaseId> next_expired(Time now);
   std::optional<Time> next_deadline() const;
 

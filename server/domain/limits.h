@@ -35,17 +35,17 @@ struct CoordinatorLimits {
   /// Disk for one owner's films, with those of ended jobs. Active jobs count with their finished size.
   std::uint64_t film_bytes_per_owner = std::numeric_limits<std::uint64_t>::max();
   Duration film_idle = std::chrono::minutes(10);  ///< an unused film of an ended job leaves memory after this time
-  /// After `losses_before_alone` lost workers in a row, a tile or pilot goes only to workers without other leases.
-  /// After `losses_alone` of those are lost too, its job fails.
+  /// After `losses_before_alone` lost workers in a row, a tile or pilot goes only to workers without other leases. An
+  /// identity that loses `losses_alone` of those gets no more of the job. It fails after that number of identities.
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
   /// CPU time of a thread for one range of a tile, or for a pilot. Beyond it, the range is cut to one sample. The pilot
   /// is ended, and counts as refused.
   double tile_cpu_seconds = 600;
-  /// A lease is lost after this time without a result, even if its worker is heard.
+  /// A lease is lost after this time without a result, even if its worker sends heartbeats.
   Duration result_timeout() const { return 2 * from_seconds(tile_cpu_seconds); }
   std::uint32_t refusals = 2;         ///< a job fails after refusals by this number of identities
   std::uint32_t max_bad_results = 3;  ///< a session ends after this number of invalid results of its identity
-  /// A job with a complete film waits for auditors that were heard within this time.
+  /// A job with a complete film waits for auditors that sent a message within this time.
   Duration auditor_timeout = std::chrono::seconds(45);
   /// Size of the scenes of all jobs, with ended ones. Those of one owner may have half of it.
   std::uint64_t scene_bytes = std::uint64_t{4} << 30;

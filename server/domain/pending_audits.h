@@ -1,7 +1,7 @@
 // Pending audits of one job: the results that a second identity renders again, the claims about each, and the verdicts.
 //
 // Pure, and not thread-safe. Knows neither sessions nor the film. A claim says which bits a tile's samples have.
-// Identities count, not workers: a liar can run two workers, but has one certificate.
+// Identities count, not workers: a dishonest user can start two workers with one certificate.
 #pragma once
 
 #include <algorithm>

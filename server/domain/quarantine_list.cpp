@@ -49,8 +49,9 @@ const QuarantineRecord* QuarantineList::find(const std::string& worker) const {
 
 bool QuarantineList::put(const QuarantineRecord& record) {
   const QuarantineRecord* const known = find(record.of.worker);
-  const bool now_proven = known != nullptr && known->reason.starts_with(kByHand) && !record.reason.starts_with(kByHand);
-  if (known != nullptr && known->of.identity == record.of.identity && !now_proven) {
+  // An audit's finding stays. What an operator said can be replaced.
+  const bool news = known != nullptr && known->reason.starts_with(kByHand) && record.reason != known->reason;
+  if (known != nullptr && known->of.identity == record.of.identity && !news) {
     return false;
   }
   records_[record.of.worker] = record;

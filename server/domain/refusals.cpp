@@ -11,7 +11,7 @@ namespace {
 
 /// Identities whose own limits are remembered. Workers of further ones get the job again at once.
 constexpr std::size_t kMaxIdentities = 1000;
-/// More renderers are not remembered. Of so many, some do not refuse.
+/// The most renderers that are remembered. Among so many, some do not refuse.
 constexpr std::size_t kMaxRenderers = 64;
 /// Busy workers of others ask for work sooner than this.
 constexpr Duration kSilenceDelay = std::chrono::seconds(30);

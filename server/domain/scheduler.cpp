@@ -236,9 +236,10 @@ void Scheduler::update_result_rate(const Event& event) {
   if (!result_rate_.is_due(event.now)) {
     return;
   }
-  std::map<std::string_view, std::vector<Duration>> by_identity;  // a liar may have many workers, but one voice
+  std::map<std::string_view, std::vector<Duration>>
+      by_identity;  // an identity counts once, however many workers it has
   for (const auto& [name, worker] : workers_.all()) {
-    if (const auto wait = worker.wait_since(result_rate_.heard_from(event.now)); wait && worker.counts()) {
+    if (const auto wait = worker.wait_since(result_rate_.window_start(event.now)); wait && worker.counts()) {
       by_identity[worker.identity()].push_back(*wait);
     }
   }

@@ -61,8 +61,8 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   }
   if (const Worker* const known = workers_.find(hello.name); known != nullptr && known->session()) {
     // If two processes have one name, the connected one keeps it. Else they would take it from each other forever.
-    const bool heard = event.now < known->heard_at() + limits_.lease_duration;
-    if (heard && !known->draining() && !same_process(known->hello(), hello)) {
+    const bool alive = event.now < known->last_message() + limits_.lease_duration;
+    if (alive && !known->draining() && !same_process(known->hello(), hello)) {
       dismissals_.dismiss(
           session,
           fmt::format("another worker named {} is connected (process {} on {}). Choose another --name, or leave it "
@@ -79,7 +79,8 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   Worker& worker = workers_.at(hello.name);
   event.info(about(hello.name), "worker {} connected: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
              hello.host, hello.fingerprint_class);
-  event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, signer_.farm()});
+  event.send(session,
+             Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, signer_.farm(), hello.name});
   if (quarantined) {
     event.send(session, Notice{"this worker is in quarantine, and gets no work until an operator releases it"});
   }
@@ -89,11 +90,11 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   if (forged) {
     // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another
     // farm that had this address before.
-    event.warn(about(JobId{}, hello.name, *forged), "worker {} claims lease {}, which was never granted to it",
-               hello.name, forged->value);
-    dismissals_.judge(session, worker.count_bad_result(),
-                      make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"),
-                      event);
+    event.warn(about(JobId{}, hello.name, *forged),
+               "worker {} claims lease {}, which was never granted to it under this name", hello.name, forged->value);
+    dismissals_.count_violation(
+        session, worker.count_bad_result(),
+        make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"), event);
   } else {
     scheduler_.serve(worker, event);
   }
@@ -309,7 +310,7 @@ void Sessions::end_silent(const Event& event) {
   for (const SessionId session : silent) {
     const Worker& worker = *workers_.of(session);
     event.warn(about(worker.name()), "worker {} disconnected with {}: no message for {:.0f} s", worker.name(),
-               counted(worker.leases().size(), "lease"), to_seconds(event.now - worker.heard_at()));
+               counted(worker.leases().size(), "lease"), to_seconds(event.now - worker.last_message()));
   }
   for (const SessionId session : silent) {
     end(session, event);

@@ -171,7 +171,7 @@ bool WorkerRegistry::connect(SessionId session, const WorkerHello& hello, bool q
     worker.threads_ = std::min(hello.threads, limits_.threads_at_first);
     worker.delivered_ = 0;
     worker.session_ = session;
-    worker.connected_at_ = worker.heard_at_ = now;
+    worker.connected_at_ = worker.last_message_ = now;
     worker.draining_ = hello.draining;
     worker.silent_ = false;
     worker.quarantined_ = quarantined;
@@ -197,7 +197,7 @@ Worker* WorkerRegistry::close_session(SessionId session) {
   Worker* const worker = of(session);
   if (worker != nullptr) {
     if (!worker->draining_) {
-      absent_[identity_of(worker->hello_)] = {worker->heard_at_, worker->hello_.fingerprint_class,
+      absent_[identity_of(worker->hello_)] = {worker->last_message_, worker->hello_.fingerprint_class,
                                               worker->hello_.renderer_version};
     }
     end_current(session);
@@ -236,8 +236,8 @@ void WorkerRegistry::forget_job(JobId job) {
 
 // ---- silence ----
 
-bool WorkerRegistry::heard(Worker& worker, bool result, Time now) {
-  worker.heard_at_ = now;
+bool WorkerRegistry::note_message(Worker& worker, bool result, Time now) {
+  worker.last_message_ = now;
   if (result) {
     worker.result_at_ = now;
   }
@@ -262,7 +262,7 @@ std::vector<SessionId> WorkerRegistry::too_silent(Time now) {
     if (!worker.session_) {
       continue;
     }
-    const Time end = std::max(worker.heard_at_, backlog_at_) + limits_.silence;
+    const Time end = std::max(worker.last_message_, backlog_at_) + limits_.silence;
     if (end > now) {
       next_silence_check_ = std::min(next_silence_check_, end);
     } else {
@@ -279,7 +279,7 @@ std::optional<Time> WorkerRegistry::next_silence_check() const {
 
 void WorkerRegistry::note_stall(Duration late, Time now) {
   for (auto& [name, worker] : workers_) {
-    worker.heard_at_ = now;
+    worker.last_message_ = now;
   }
   for (auto& [identity, was] : absent_) {
     was.since += late;

@@ -20,8 +20,8 @@
 
 namespace lightmill {
 
-/// Identity that the worker's results are attributed to: its certificate or token. If the server asks for none, the
-/// machine that the worker names, or its host. This separates faulty machines, not liars.
+/// Identity that the worker's results are attributed to: its certificate or token. If the coordinator asks for none, the
+/// machine that the worker names, or its host. This separates faulty machines, not dishonest ones.
 inline const std::string& identity_of(const WorkerHello& hello) {
   return !hello.identity.empty() ? hello.identity : hello.machine.empty() ? hello.host : hello.machine;
 }
@@ -57,11 +57,11 @@ class Worker {
   Renderer renderer() const { return {hello_.name, identity_of(hello_)}; }
   const std::optional<SessionId>& session() const { return session_; }
   Time connected_at() const { return connected_at_; }
-  Time heard_at() const { return heard_at_; }    ///< last message of this session
-  Time result_at() const { return result_at_; }  ///< last result
+  Time last_message() const { return last_message_; }  ///< last message of this session
+  Time result_at() const { return result_at_; }        ///< last result
   bool draining() const { return draining_; }
   bool quarantined() const { return quarantined_; }
-  bool silent() const { return silent_; }  ///< it let a lease expire, and was not heard since
+  bool silent() const { return silent_; }  ///< it let a lease expire, and has sent no message since
   /// Whether its threads count for the farm: connected, and neither draining nor in quarantine.
   bool counts() const { return session_ && !draining_ && !quarantined_; }
   bool stays() const { return session_ && !draining_; }             ///< connected, and not draining
@@ -116,7 +116,7 @@ class Worker {
   std::optional<SessionId> session_;
   std::uint32_t threads_ = 0;
   std::uint64_t delivered_ = 0;  ///< granted results, in this session
-  Time connected_at_, heard_at_, result_at_;
+  Time connected_at_, last_message_, result_at_;
   bool draining_ = false, silent_ = false, quarantined_ = false;
   std::set<LeaseId> leases_;
   LeaseId waits_since_ = {};
@@ -178,9 +178,9 @@ class WorkerRegistry {
 
   // ---- silence ----
   /// Returns whether the worker was silent until now.
-  bool heard(Worker& worker, bool result, Time now);
+  bool note_message(Worker& worker, bool result, Time now);
   void fell_silent(const std::string& name);
-  /// The coordinator could not hear all workers at `now`. Until it hears them again, silence proves nothing.
+  /// Messages of workers could not be read at `now`. Until they are read again, workers do not time out.
   void note_backlog(Time now) { backlog_at_ = now; }
   Time backlog_at() const { return backlog_at_; }
   /// Current sessions that were silent for too long. Sets the time of the next check.

@@ -1,15 +1,16 @@
 #include "server/listen/listener.h"
 
 #include <arpa/inet.h>
+#include <linux/tcp.h>  // libc's tcp_info has no tcpi_bytes_received
 #include <netdb.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -25,6 +26,8 @@ constexpr int kBacklog = 4'096;
 constexpr int kUserTimeoutMs = 30'000;
 /// Poll interval after accept has failed, and while connections wait.
 constexpr int kPauseMs = 50;
+/// Poll interval while bytes of unknown connections are counted.
+constexpr int kCountMs = 50;
 /// Poll interval otherwise. Closed connections are dropped at this rate.
 constexpr int kIdleMs = 5'000;
 constexpr Duration kIdlePause = std::chrono::milliseconds(kIdleMs);
@@ -149,6 +152,13 @@ Result<std::vector<int>> listen_on(const HostPort& at, std::string_view option) 
   return sockets.empty() ? unavailable("{}", bind_problem(error, option)) : Result<std::vector<int>>(sockets);
 }
 
+/// All bytes since the connection began, without TCP's headers. 0 if it is no TCP connection.
+std::uint64_t received_bytes(int socket) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  return ::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 ? info.tcpi_bytes_received : 0;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Listener>> Listener::open(const std::string& listen, std::string_view option, std::size_t most) {
@@ -203,16 +213,17 @@ void Listener::run() {
   }
   bool failed = false;
   for (;;) {
-    bool waits = false;
+    bool waits = false, counts = false;
     {
       const MutexLock lock(mutex_);
       if (stopping_) {
         return;
       }
       waits = limiter_.has_waiting();
+      counts = unknown_bytes_ && !limiter_.unknown().empty();
     }
     // If accept failed, the listening sockets would be ready at once, so they are not polled.
-    (void)::poll(all.data(), failed ? 1 : all.size(), failed || waits ? kPauseMs : kIdleMs);
+    (void)::poll(all.data(), failed ? 1 : all.size(), failed || waits ? kPauseMs : counts ? kCountMs : kIdleMs);
     if (std::uint64_t count = 0; all[0].revents != 0) {
       (void)::eventfd_read(wake_, &count);
     }
@@ -304,6 +315,7 @@ void Listener::update() {
     if (limiter_.has_waiting() || now - swept_at_ >= kIdlePause) {
       sweep(now);
     }
+    end_large_unknown();
     const ConnectionLimiter::Changes changes = limiter_.update(now);
     for (const Id id : changes.end) {
       shut(id);
@@ -315,6 +327,28 @@ void Listener::update() {
   }
   for (const auto& [fd, peer] : served) {
     take_(fd, peer);
+  }
+}
+
+void Listener::end_large_unknown() {
+  if (!unknown_bytes_) {
+    return;
+  }
+  std::vector<std::pair<std::uint64_t, Id>> received;
+  std::uint64_t all = 0;
+  for (const Id id : limiter_.unknown()) {
+    received.emplace_back(received_bytes(open_.at(id).fd), id);
+    all += received.back().first;
+  }
+  std::ranges::sort(received, std::greater());
+  for (const auto& [bytes, id] : received) {
+    if (bytes <= unknown_bytes_->of_connection && all <= unknown_bytes_->of_all) {
+      break;
+    }
+    spdlog::debug("port {}: a connection of an unknown caller is ended after {} bytes", port_, bytes);
+    shut(id);
+    limiter_.end(id);
+    all -= bytes;
   }
 }
 
@@ -369,7 +403,7 @@ void Listener::clear_caller(const std::string& peer) {
   limiter_.clear_caller(peer, system_clock().now());
 }
 
-Result<int> Listener::dial() {
+Result<int> Listener::connect_to_self() {
   sockaddr_storage address = local_address(sockets_.front());
   if (address.ss_family == AF_INET6) {
     if (auto& v6 = reinterpret_cast<sockaddr_in6&>(address); IN6_IS_ADDR_UNSPECIFIED(&v6.sin6_addr)) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -29,6 +30,14 @@ class Listener {
 
   int port() const { return port_; }
 
+  /// Bytes that connections may send while their caller is unknown. Beyond it, the ones that sent most are ended. The
+  /// server may have to keep these bytes before it learns who sends them.
+  struct UnknownBytes {
+    std::uint64_t of_connection, of_all;
+  };
+  /// Before start(). Without it there is no limit.
+  void limit_unknown(UnknownBytes limit) { unknown_bytes_ = limit; }
+
   /// Takes ownership of a non-blocking socket, connected to ADDRESS:PORT.
   using Take = std::function<void(int socket, const std::string& peer)>;
   /// Starts to accept.
@@ -42,7 +51,7 @@ class Listener {
   void clear_caller(const std::string& peer);
   /// Connects to this port from inside. The connection is served despite the limits. Returns a non-blocking socket that
   /// is still connecting. UNAVAILABLE.
-  Result<int> dial();
+  Result<int> connect_to_self();
 
  private:
   using Id = ConnectionLimiter::Id;
@@ -60,16 +69,18 @@ class Listener {
   /// Drops closed connections, at most ten times per second.
   void sweep(Time now) LM_REQUIRES(mutex_);
   void shut(Id id) LM_REQUIRES(mutex_);
+  void end_large_unknown() LM_REQUIRES(mutex_);
 
   const std::vector<int> sockets_;
   const int port_;
   const int wake_;  ///< an eventfd
+  std::optional<UnknownBytes> unknown_bytes_;
   Take take_;
   Mutex mutex_;
   ConnectionLimiter limiter_ LM_GUARDED_BY(mutex_);
   std::unordered_map<Id, Socket> open_ LM_GUARDED_BY(mutex_);
   std::unordered_map<Id, std::string> waiting_ LM_GUARDED_BY(mutex_);  ///< their peers
-  std::string own_ LM_GUARDED_BY(mutex_);  ///< peer of the last dial(), until it is accepted
+  std::string own_ LM_GUARDED_BY(mutex_);  ///< peer of the last connect_to_self(), until it is accepted
   Time swept_at_ LM_GUARDED_BY(mutex_){};
   Time told_at_{};  ///< when the log last reported that accept fails
   bool stopping_ LM_GUARDED_BY(mutex_) = false;

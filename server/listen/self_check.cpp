@@ -50,7 +50,7 @@ void SelfCheck::run() {
   PortHealth health(clock_.now());
   bool answering = true;
   do {
-    const Status status = dial();
+    const Status status = probe();
     const PortHealth::Verdict verdict = health.note(status.ok(), clock_.now());
     if (verdict == PortHealth::Verdict::unresponsive) {
       on_unresponsive_(unavailable("port {} does not answer calls from this process any more: {}", listener_.port(),
@@ -70,8 +70,8 @@ void SelfCheck::run() {
   } while (pause());
 }
 
-Status SelfCheck::dial() {
-  LM_ASSIGN_OR_RETURN(const int socket, listener_.dial());
+Status SelfCheck::probe() {
+  LM_ASSIGN_OR_RETURN(const int socket, listener_.connect_to_self());
   {
     const MutexLock lock(mutex_);
     socket_ = socket;

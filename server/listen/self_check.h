@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-/// Verdict on a port from the results of dials.
+/// State of a port, from the results of probes.
 class PortHealth {
  public:
   enum class Verdict { answering, doubtful, unresponsive };
@@ -20,9 +20,9 @@ class PortHealth {
   explicit PortHealth(Time now) : last_answer_(now) {}
   Verdict note(bool answered, Time now);
 
-  /// Failed dials in a row until the port is doubtful.
+  /// Failed probes in a row until the port is doubtful.
   static constexpr int kDoubtful = 3;
-  /// Failed dials in a row until the port is unresponsive, if it has answered before and is silent for kTimeout. A
+  /// Failed probes in a row until the port is unresponsive, if it has answered before and is silent for kTimeout. A
   /// machine may stop for a while.
   static constexpr int kUnresponsive = 10;
   static constexpr Duration kTimeout = std::chrono::minutes(2);
@@ -33,10 +33,10 @@ class PortHealth {
   Time last_answer_;
 };
 
-/// Owns a thread that dials.
+/// Owns a thread that probes the port.
 class SelfCheck {
  public:
-  /// Time between two dials.
+  /// Time between two probes.
   static constexpr Duration kPause = std::chrono::seconds(5);
 
   /// `on_answering` is called when the port becomes doubtful, and when it answers again. `on_unresponsive` is called
@@ -49,7 +49,7 @@ class SelfCheck {
 
  private:
   void run();
-  Status dial();
+  Status probe();
   /// False if it stops.
   bool pause();
 
@@ -62,7 +62,7 @@ class SelfCheck {
   Mutex mutex_;
   CondVar changed_;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
-  int socket_ LM_GUARDED_BY(mutex_) = -1;  ///< of the dial in progress
+  int socket_ LM_GUARDED_BY(mutex_) = -1;  ///< of the probe in progress
   std::thread thread_;
 };
 

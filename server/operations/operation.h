@@ -44,7 +44,8 @@ struct Traits {
   /// Limit of its request, also as JSON. 0: small (kSmallRequestBytes over gRPC), and read before admission.
   std::uint64_t most_body_bytes = 0;
   int json_factor = 0;  ///< memory for its JSON in multiples of the reply's bytes; 0: the reply is small
-  Status (*fill_json)(WireMessage& reply) = nullptr;  ///< adds fields for JSON
+  std::uint64_t (*more_json)(const WireMessage& reply) = nullptr;  ///< memory for its JSON besides
+  Status (*fill_json)(WireMessage& reply) = nullptr;               ///< adds fields for JSON
 };
 
 /// Limit in bytes of requests without a limit of their own.

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
 constexpr int kMaxDigests = 10'000;
+constexpr std::size_t kMaxNoteBytes = 1000;  ///< of a reason or notice about a method; they name parts of the scene
 
 /// From now on, assets of the job that no user sent count as the submitter's, such as textures that a worker found in
 /// a scene's files.
@@ -71,6 +72,11 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
     }
   } else {
     notes.candidates = std::move(plan.candidates);
+  }
+  for (std::vector<std::string>* texts : {&notes.reasons, &notes.notices}) {
+    for (std::string& text : *texts) {
+      text = cut_text(std::move(text), kMaxNoteBytes);
+    }
   }
   return notes;
 }
@@ -214,6 +220,12 @@ Result<Apply> submit_job(Runtime& runtime, const Call& by, v1::SubmitJobRequest&
   });
 }
 
+/// JSON has all fields of an entry, also those that have their default.
+std::uint64_t scene_json_bytes(const WireMessage& reply) {
+  constexpr std::uint64_t kOfEntry = 4096;
+  return kOfEntry * count_entries(static_cast<const v1::InspectSceneResponse&>(reply).packed());
+}
+
 Status fill_scene_json(WireMessage& reply) {
   return fill_scene(&static_cast<v1::InspectSceneResponse&>(reply));
 }
@@ -235,7 +247,11 @@ std::vector<Operation> submission_operations() {
       {{kRenderService, "InspectScene", Right::submit},
        "POST inspect",
        in_two_steps(inspect_scene),
-       {.waits = true, .most_body_bytes = 4 * kMiB, .json_factor = 6, .fill_json = fill_scene_json}},
+       {.waits = true,
+        .most_body_bytes = 4 * kMiB,
+        .json_factor = 6,
+        .more_json = scene_json_bytes,
+        .fill_json = fill_scene_json}},
   };
 }
 

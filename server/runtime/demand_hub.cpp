@@ -13,7 +13,7 @@ std::optional<Time> DemandHub::publish(const Coordinator& farm, Time now) {
   next_check_ = now + kInterval;
   const bool active = farm.wants_workers();
   for (Listener& listener : listeners_) {
-    // A stream that is still writing calls FarmLoop::poke when it is done.
+    // A stream that is still writing calls FarmLoop::wake when it is done.
     if (listener.sent != active && listener.sink->writable()) {
       listener.sent = active;
       listener.sink->offer(active);

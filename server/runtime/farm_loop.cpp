@@ -60,7 +60,7 @@ void FarmLoop::post_always(Task task) {
   changed_.notify_one();
 }
 
-void FarmLoop::poke() {
+void FarmLoop::wake() {
   const MutexLock lock(mutex_);
   poked_ = true;
   changed_.notify_one();

@@ -94,7 +94,7 @@ class FarmLoop {
   /// Stops leasing while `why` is not empty, because the disk has no space for results. Thread-safe.
   void set_space(const std::string& why);
   /// Wakes the loop to update the watchers. Thread-safe.
-  void poke();
+  void wake();
 
   Traffic& traffic() { return traffic_; }
   /// Times of commits in seconds.

@@ -70,7 +70,7 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
     watcher.sink->fail(not_found("there is no job {}", watcher.job.value));
     return Outcome::remove;
   }
-  // A stream that is still writing calls FarmLoop::poke when it is done.
+  // A stream that is still writing calls FarmLoop::wake when it is done.
   if ((version == watcher.sent_version && !watcher.tiles_left) || !watcher.sink->writable()) {
     return Outcome::keep;
   }

@@ -38,7 +38,7 @@ bool ResultRateControl::is_due(Time now) const {
   return now >= begin_ + kInterval;
 }
 
-Time ResultRateControl::heard_from(Time now) const {
+Time ResultRateControl::window_start(Time now) const {
   return std::max(changed_, now - kReportLifetime);
 }
 

@@ -28,8 +28,8 @@ class ResultRateControl {
   void add_result(double bytes, Time now);
   bool is_due(Time now) const;
   /// Reports of waits from before this time belong to another rate, or are too old.
-  Time heard_from(Time now) const;
-  /// Call it often, while it is due. `waits`: the wait of each identity whose workers reported some since `heard_from`.
+  Time window_start(Time now) const;
+  /// Call it often, while it is due. `waits`: the wait of each identity whose workers reported some since `window_start`.
   /// It changes their order. True if the rate has changed.
   bool update(std::vector<Duration>& waits, Time now);
   /// Results waited for another reason than their number. Workers report such waits for some seconds more.

@@ -13,7 +13,7 @@ namespace {
 /// Tiles per thread of a first unit of unknown cost: 1 to 4. More than one only if the results of all threads arrive
 /// within kFirstUnitSeconds.
 constexpr double kFirstUnitSeconds = 0.02, kTilesPerThreadAtFirst = 4;
-/// Least thread time of a range that is cut for parallelism, because a result costs some 0.3 ms to send and store.
+/// Least thread time of a range that is cut for parallelism, because a result costs about 0.7 ms to receive and store.
 constexpr double kMinPieceSeconds = 0.03;
 /// Pieces to leave for each thread, so that the others have enough work while one is slow.
 constexpr std::uint64_t kPiecesPerThread = 4;

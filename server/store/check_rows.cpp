@@ -53,7 +53,7 @@ bool is_of(const FilmOutline& film, TileId tile, const NodeOutline& node) {
          node.values == film.expected_values(tile, node.range);
 }
 
-/// The nodes of a tile that share samples with another one. One of each pair belongs to another tile.
+/// Nodes of a tile whose sample ranges overlap. At least one of each pair has a damaged tile number.
 std::set<const NodeOutline*> overlapping(std::vector<const NodeOutline*> nodes) {
   std::set<const NodeOutline*> found;
   std::ranges::sort(nodes, {}, [](const NodeOutline* node) { return node->range.first(); });

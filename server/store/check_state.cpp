@@ -89,8 +89,10 @@ std::string blocked_text(std::span<const JobId> jobs) {
 
 std::string ended_text(std::span<const JobId> jobs) {
   return jobs.size() == 1
-             ? fmt::format("It blocks nothing: {} has ended, and needs it only to be extended", named(jobs))
-             : fmt::format("It blocks nothing: {} have ended, and need it only to be extended", named(jobs));
+             ? fmt::format("No running job needs it: {} has ended, and needs it only for `lightmill extend`",
+                           named(jobs))
+             : fmt::format("No running job needs it: {} have ended, and need it only for `lightmill extend`",
+                           named(jobs));
 }
 
 void report_assets(const StoredState& state, const AssetStore& assets, const AssetCheck& found, StateCheck& check) {

@@ -88,6 +88,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     });
   }
   Status write_piece() {
+    LM_RETURN_IF_ERROR(way_.access.check_still_holds(call_.caller));  // a token may be revoked
     LM_RETURN_IF_ERROR(upload_->append(as_byte_view({piece_.data(), piece_.size()})));
     if (!parser_.is_done()) {
       return ok_status();

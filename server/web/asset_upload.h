@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "server/access/rights.h"
+#include "server/runtime/access_control.h"
 #include "server/runtime/traffic.h"
 #include "server/store/asset_store.h"
 #include "server/web/http_body.h"
@@ -18,6 +19,7 @@ struct UploadContext {
   WebStream& stream;
   boost::beast::flat_buffer& buffer;
   AssetStore& assets;
+  const AccessControl& access;
   boost::asio::thread_pool& disk;  ///< its threads may wait for the disk
   Traffic& traffic;
   Duration timeout;  ///< WebOptions::timeout

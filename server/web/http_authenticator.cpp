@@ -70,7 +70,7 @@ Status HttpAuthenticator::check_still_holds(const HttpCredentials& credentials, 
 Result<HttpAuthenticator::LoggedIn> HttpAuthenticator::try_log_in(std::string_view token, const std::string& peer) {
   LM_RETURN_IF_ERROR(access_.take_request({}, peer));
   LM_ASSIGN_OR_RETURN(Identity caller, access_.identify({fmt::format("Bearer {}", token), "", peer}));
-  LM_RETURN_IF_ERROR(with_context(check_call(caller, kWatchJob), "the page has nothing to show"));
+  LM_RETURN_IF_ERROR(with_context(check_call(caller, kWatchJob), "this token cannot log in on the page"));
   LM_ASSIGN_OR_RETURN(const NewToken secret, make_token());
   sessions_.keep([this](const Identity& known) { return access_.check_still_holds(known).ok(); });
   LM_ASSIGN_OR_RETURN(const std::int64_t until, sessions_.add(secret.text, caller, now_unix_s()));

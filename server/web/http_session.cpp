@@ -150,8 +150,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       });
     });
     receive_asset(
-        {stream_, buffer_, parts_.assets, *parts_.disk, parts_.traffic, parts_.options.timeout}, std::move(*head_),
-        *digest, *std::move(call), [self = shared_from_this()](const Status& status, bool whole) {
+        {stream_, buffer_, parts_.assets, parts_.access, *parts_.disk, parts_.traffic, parts_.options.timeout},
+        std::move(*head_), *digest, *std::move(call), [self = shared_from_this()](const Status& status, bool whole) {
           const ApiReply reply = status.ok() ? ApiReply{200, "application/json", "{}\n"} : error_reply(status);
           self->body_read_ = whole;
           return whole ? self->answer(reply) : self->refuse_rest(reply);

@@ -48,9 +48,10 @@ ApiReply json_reply(const google::protobuf::Message& message) {
 }
 
 ApiReply error_reply(const Status& status) {
+  constexpr std::size_t kMaxBytes = 4000;  // it may quote what the caller sent
   return {http_status(status.code()), "application/json",
           fmt::format("{{\"error\": {{\"code\": \"{}\", \"message\": {}}}}}\n", absl::StatusCodeToString(status.code()),
-                      json_text(message_of(status)))};
+                      json_text(cut_text(printable(message_of(status), true), kMaxBytes)))};
 }
 
 Status read_json(const std::string& body, google::protobuf::Message& message) {

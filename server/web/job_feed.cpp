@@ -18,7 +18,7 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
       }
       self->busy_ = false;
       if (!self->closed_) {
-        self->loop_.poke();
+        self->loop_.wake();
       }
     });
   }

@@ -30,9 +30,11 @@ Status read_request(const HttpRoute& route, const std::string& body, std::string
 /// Sends a large reply if there is memory for it. Another thread makes its JSON. On the farm thread.
 void send_large(const std::shared_ptr<OperationCall>& done, const Holder& holder, CallersBudget& budget,
                 const OnSideThread& on_side_thread, const PendingReply& back) {
+  const Traits& traits = done->operation().traits;
   const std::uint64_t bytes = done->reply().ByteSizeLong();
+  const std::uint64_t more = traits.more_json == nullptr ? 0 : traits.more_json(done->reply());
   ByteBudget::Reservation reservation =
-      budget.take(holder, static_cast<std::uint64_t>(done->operation().traits.json_factor) * bytes);
+      budget.take(holder, static_cast<std::uint64_t>(traits.json_factor) * bytes + more);
   if (reservation == nullptr) {
     return back(error_reply(resource_exhausted("too many scenes are fetched at once: try again")));
   }

@@ -119,7 +119,7 @@ void expect_direction(const Vec3d& got, const Vec3d& expected) {
 }
 
 /// The meshes have texture coordinates or none. Small ones are copied, and large ones are instances. One is mirrored.
-TEST(AnisotropyDirection, IsThatOfTheMeshesTangents) {
+TEST(AnisotropyDirection, FollowsTheMeshesTangents) {
   const double c = std::sqrt(0.5);
   for (const std::uint32_t squares : {1u, 64u}) {
     for (const bool coordinates : {false, true}) {

@@ -94,7 +94,7 @@ constexpr std::array kRough{
     R"("phong": {"diffuse": {"rgb": [0.5, 0.5, 0.5]}, "specular": {"rgb": [0.5, 0.5, 0.5]}, "exponent": 30})",
     R"("principled": {"base_color": {"rgb": [1, 1, 1]}, "roughness": 0.4, "coat": 1})"};
 
-TEST(BumpyFurnace, RoughSurfacesCreateNoLight) {
+TEST(BumpyFurnace, RoughSurfacesConserveEnergy) {
   for (const double degrees : {0.0, 50.0, 80.0, 87.0}) {
     for (const char* kind : kRough) {
       const Estimate got = bumpy_under_sky(kind, degrees);

@@ -112,7 +112,7 @@ Translate 0 0 3 MediumInterface "fog" "" Material "interface" Shape "sphere")")
 }
 
 // White bodies hide in a uniform sky, by coefficients and by reflectance.
-TEST(PbrtAnswers, WhiteSubsurfaceHidesInUniformLight) {
+TEST(PbrtAnswers, WhiteSubsurfacePassesTheWhiteFurnaceTest) {
   for (const char* const body : {R"("rgb sigma_a" [0 0 0] "rgb sigma_s" [2 1 0.5] "float scale" 2)",
                                  R"("rgb reflectance" [1 1 1] "rgb mfp" [0.25 0.5 1])"}) {
     const auto image = pbrt_scene(R"(Camera "perspective" "float fov" 20 )" + film_of(8, 8) + R"(WorldBegin

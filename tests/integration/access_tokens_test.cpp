@@ -100,6 +100,37 @@ TEST(TokenAccess, AWorkerWithARevokedTokenIsDisconnected) {
   EXPECT_TRUE(eventually([&] { return workers() == 0; }));
 }
 
+TEST(TokenAccess, AnUploadWithARevokedTokenEnds) {
+  SecureFarm secure;
+  const auto root = secure.channel(secure.person("root", {Role::admin}));
+  const std::string token = token_for(root, "ada", {Role::submit});
+  grpc::ClientContext upload;
+  upload.AddMetadata("authorization", "Bearer " + token);
+  v1::UploadAssetResponse uploaded;
+  const auto stub = v1::RenderService::NewStub(secure.channel(std::nullopt));
+  const auto stream = stub->UploadAsset(&upload, &uploaded);
+  v1::UploadAssetRequest piece;
+  const std::string half(1000, 'x');
+  const Sha256 digest = sha256(half + half);
+  piece.set_digest(std::string(digest.bytes.begin(), digest.bytes.end()));
+  piece.set_chunk(half);
+  ASSERT_TRUE(stream->Write(piece));
+  ASSERT_TRUE(eventually([&] {
+    const auto files = std::filesystem::recursive_directory_iterator(secure.farm().data());
+    return std::any_of(begin(files), end(files),
+                       [](const auto& file) { return file.is_regular_file() && file.file_size() == 1000; });
+  })) << "the first half has arrived";
+  v1::RevokeTokenRequest revoke;
+  revoke.set_id(token_id(token).value());
+  v1::RevokeTokenResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(v1::AccessService::NewStub(root)->RevokeToken(&context, revoke, &response).ok());
+  piece.clear_digest();
+  (void)stream->Write(piece);
+  stream->WritesDone();
+  EXPECT_EQ(stream->Finish().error_code(), StatusCode::UNAUTHENTICATED);
+}
+
 TEST(TokenAccess, ARefusedWorkerLogsItOnceAndConnectsWhenAllowed) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));

@@ -205,6 +205,32 @@ TEST_F(Enrolment, AWorkerWhoseTokenIsRevokedEnrolsAgainWhileUsesAreLeft) {
   EXPECT_TRUE(come_to_be({}));
 }
 
+TEST_F(Enrolment, ABusyWorkerSurvivesItsNewName) {
+  const std::string first = enrolment_token(1);
+  const std::string file = secure_.write("enrol", first);
+  const auto process = worker(file);
+  ASSERT_TRUE(come_to_be({first_})) << secure_.farm().log("worker");
+  const KeyAndCertificate ada = secure_.person("ada", {Role::submit, Role::view});
+  const std::vector<std::string> farm{"--server",   secure_.farm().address(),
+                                      "--tls-ca",   secure_.path("ca.pem"),
+                                      "--tls-cert", secure_.write("ada.pem", ada.certificate + ada.key)};
+  const auto lightmill = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), program("lightmill"));
+    arguments.insert(arguments.end(), farm.begin(), farm.end());
+    return run_command(arguments);
+  };
+  const CommandResult submitted =
+      lightmill({"submit", source_file("scenes/cornell-bench-blocks.json"), "--size", "64x64", "--spp", "4096"});
+  ASSERT_EQ(submitted.exit_code, 0) << submitted.err;
+  ASSERT_TRUE(eventually([&] { return lightmill({"fetch", "1", "-o", secure_.path("a.png")}).exit_code == 0; }));
+  // The new token has another name, and so has the worker. It holds leases of its old one.
+  secure_.write("enrol", token_for(root(), "other", {Role::enrol}, now_unix_s() + kDay, 1));
+  revoke(token_id(first).value(), true);
+  ASSERT_TRUE(come_to_be({"other/" + host_name()})) << secure_.farm().log("worker");
+  EXPECT_TRUE(says("Results under the old name are dropped"));
+  EXPECT_EQ(lightmill({"watch", "1"}).exit_code, 0) << secure_.farm().log("worker");
+}
+
 TEST_F(Enrolment, RevokingAnEnrolmentTokenKeepsItsWorkersByDefault) {
   const std::string by = enrolment_token(3);
   const std::string id = token_id(by).value();

@@ -11,7 +11,7 @@
 
 namespace lightmill::test {
 
-/// "SERVING" or "NOT_SERVING" for that service (a name of fewer than 128 bytes), the error's code, or "?".
+/// "SERVING" or "NOT_SERVING" for that service, the error's code, or "?".
 inline std::string health(const std::string& address, const std::string& service = "") {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -19,7 +19,17 @@ inline std::string health(const std::string& address, const std::string& service
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   // HealthCheckRequest{service}
-  const std::string bytes = service.empty() ? "" : std::string("\x0a") + static_cast<char>(service.size()) + service;
+  std::string bytes;
+  if (!service.empty()) {
+    bytes = "\x0a";
+    for (std::size_t size = service.size();; size >>= 7) {
+      bytes.push_back(static_cast<char>((size & 0x7f) | (size > 0x7f ? 0x80 : 0)));
+      if (size <= 0x7f) {
+        break;
+      }
+    }
+    bytes += service;
+  }
   const grpc::Slice slice(bytes);
   const grpc::ByteBuffer request(&slice, 1);
   grpc::CompletionQueue queue;

@@ -83,7 +83,7 @@ TEST(Storage, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
   client.upload_assets();
   const grpc::Status status = client.stub().SubmitJob(&context, request, &none);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
-  EXPECT_TRUE(says(status.error_message(), "more than the server's limit of 0.125 GiB (--films-gib)"))
+  EXPECT_TRUE(says(status.error_message(), "more than the coordinator's limit of 0.125 GiB (--films-gib)"))
       << status.error_message();
   picture.side = 2048;  // 96 MiB
   const std::uint64_t job = client.submit(picture).id();

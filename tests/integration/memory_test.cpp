@@ -140,5 +140,17 @@ TEST(OutOfMemory, CompressedMessagesAreNotDecompressed) {
   EXPECT_EQ(health(health_port), "SERVING");
 }
 
+TEST(OutOfMemory, TheHealthPortTakesOnlySmallMessages) {
+  const TemporaryFolder folder;
+  const std::string port_file = (folder.path() / "port").string();
+  Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
+  const std::string health_port = health_address(port_file);
+  EXPECT_EQ(health(health_port, std::string(1'000'000, 'x')),
+            fmt::format("error {}", static_cast<int>(grpc::StatusCode::RESOURCE_EXHAUSTED)));
+  EXPECT_EQ(health(health_port, std::string(150, 'x')),
+            fmt::format("error {}", static_cast<int>(grpc::StatusCode::NOT_FOUND)));
+  EXPECT_EQ(health(health_port), "SERVING");
+}
+
 }  // namespace
 }  // namespace lightmill::test

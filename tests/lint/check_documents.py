@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the links, blocks, file names and sentences of documents. --sentences prints the lengths of the documents' sentences.
+"""Checks the links, blocks, names of files and tests, and sentences of documents. --sentences prints the lengths of the documents' sentences.
 
   check_documents.py ROOT [--sentences]
 """
@@ -13,6 +13,8 @@ import sys
 LINK = re.compile(r"!?\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 SOURCE_FILE = re.compile(r"`([\w./-]+\.(?:h|cpp|py|mjs|tsx?|proto))`")
+TEST = re.compile(r"^TEST(?:_[FP])?\((\w+), (\w+)\)", re.MULTILINE)
+TEST_NAME = re.compile(r"`([A-Z]\w+\.[A-Z]\w+…?)`")
 LEAST_WORDS = 5  # a bullet with this many words counts as a sentence
 MOST_MEDIAN, MOST_90_PERCENT = 14, 24  # words a sentence
 
@@ -69,6 +71,15 @@ def missing_files(root, files):
                 yield f"{file.relative_to(root)}: there is no file {name}"
 
 
+def missing_tests(root, files):
+    """GoogleTest names in tables of exact answers, and that no test has. `Suite.Prefix…` stands for tests that begin like this."""
+    tests = {".".join(pair) for name in names_of_files(root, "tests/*.cpp", "tests/**/*.cpp") for pair in TEST.findall((root / name).read_text())}
+    for file in files:
+        for name in TEST_NAME.findall(CODE.sub("", file.read_text())) if file.name == "exact-answers.md" else ():
+            if not any(test.startswith(name[:-1]) if name.endswith("…") else test == name for test in tests):
+                yield f"{file.relative_to(root)}: there is no test {name}"
+
+
 def sentences(text):
     """Word counts of sentences, without code, headings and tables. A bullet of a few words is none."""
     text = CODE.sub("\n\n", text)
@@ -115,8 +126,8 @@ def main():
     if options.sentences:
         show_sentences(root, files)
         return 0
-    faults = [fault for check in (broken_links, unmarked_blocks, missing_files, long_sentences) for fault in check(root, files)]
-    print("\n".join(faults) if faults else f"{len(files)} documents: all links and file names lead somewhere, all blocks have a language, sentences are short")
+    faults = [fault for check in (broken_links, unmarked_blocks, missing_files, missing_tests, long_sentences) for fault in check(root, files)]
+    print("\n".join(faults) if faults else f"{len(files)} documents: all links and names lead somewhere, all blocks have a language, sentences are short")
     return 1 if faults else 0
 
 

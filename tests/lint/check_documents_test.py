@@ -45,6 +45,13 @@ class Documents(unittest.TestCase):
         documents = self.write(a="`film.h`, `common/film.h`, `server/film.h`, `ilm.h`, `picture.png`\n```text\n`tile.h`\n```\n")
         self.assertEqual(list(check_documents.missing_files(*documents)), ["a.md: there is no file server/film.h", "a.md: there is no file ilm.h"])
 
+    def test_missing_tests_are_found(self):
+        (self.root / "tests").mkdir()
+        (self.root / "tests/a_test.cpp").write_text("TEST(Film, Merges) {\nTEST_F(Film, HasTiles) {\n")
+        root, files = self.write(**{"exact-answers": "`Film.Merges`, `Film.Has…`, `Film.Has`, `Tile.Has…`\n", "a": "`Film.Has`\n"})
+        self.assertEqual(list(check_documents.missing_tests(root, files)),
+                         ["exact-answers.md: there is no test Film.Has", "exact-answers.md: there is no test Tile.Has…"])
+
     def test_long_sentences_are_found(self):
         documents = self.write(a="A short sentence.\n", b=f"A{' long' * 14} sentence.\n", c=f"Short ones.{' Four words each here.' * 7}{' A' + ' b' * 24 + '.'}\n")
         self.assertEqual([fault.split(":")[0] for fault in check_documents.long_sentences(*documents)], ["b.md", "c.md"])

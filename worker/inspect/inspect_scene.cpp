@@ -152,6 +152,12 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
                               human_bytes(out.scene.size()), loaded.assets.size(), human_bytes(kMaxSceneBytes),
                               kMaxAssets);
   }
+  if (const std::size_t entries = count_entries(out.scene); entries > kMaxInspectedEntries) {
+    return resource_exhausted(
+        "the scene has {} objects, materials, textures and lights, more than the {} that the page shows: submit it with "
+        "`lightmill submit`",
+        entries, kMaxInspectedEntries);
+  }
   for (const auto& [digest, bytes] : loaded.assets) {
     out.assets.push_back(digest);  // a map: sorted, without duplicates
   }

@@ -185,6 +185,11 @@ bool CoordinatorLink::has_to_enrol() {
   return farm_.enrolment && (token_refused_ || !farm_.enrolment->state->has_token());
 }
 
+bool CoordinatorLink::enrols_next() {
+  const MutexLock lock(mutex_);
+  return farm_.enrolment && token_refused_;
+}
+
 /// Gets a token for this worker, and stores it.
 Status CoordinatorLink::enrol(const std::string& server) {
   const EnrolmentFiles& enrolment = *farm_.enrolment;

@@ -59,6 +59,9 @@ class CoordinatorLink {
   std::uint64_t open();
   /// Queues a message. It is dropped if the stream is down. The session sends it again on the next one.
   void send(std::shared_ptr<const WorkerMessage> message);
+  /// Whether the next stream begins with an enrolment, because the farm has refused the worker's own token. It should
+  /// be opened soon.
+  bool enrols_next();
   /// Ends sending after all queued messages are written. Aborts transfers.
   void close();
 

@@ -226,10 +226,11 @@ class Session {
   };
 
   void send(WorkerMessage message, SessionActions& actions);
-  /// The coordinator has admitted the worker. Sends unacknowledged results, or drops them if this is another farm.
+  /// The coordinator has admitted the worker. Sends unacknowledged results, or drops them if this is another farm, or
+  /// the worker has another name there: its grants are not valid then.
   void welcome(const Welcome& welcome, Time now, SessionActions& actions);
   void send_results_again(SessionActions& actions);
-  void drop_everything(SessionActions& actions);
+  void drop_everything(std::string reason, SessionActions& actions);
   void describe_job(const JobDescription& description, SessionActions& actions);
   void grant_lease(const LeaseGrant& grant, SessionActions& actions);
   void grant_pilot(const PilotGrant& grant, SessionActions& actions);
@@ -269,6 +270,7 @@ class Session {
   std::optional<Time> away_deadline_;  ///< of a drain without a connection
   std::uint64_t epoch_ = 0;
   std::optional<Hash128> farm_;  ///< the last farm that admitted the worker
+  std::string name_in_farm_;     ///< of the worker, there
   Duration heartbeat_interval_ = std::chrono::seconds(2);
   Time next_heartbeat_;
   Duration backoff_, refused_backoff_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/text.h"
 #include "worker/session/session.h"
 
 namespace lightmill {
@@ -65,9 +66,14 @@ void Session::welcome(const Welcome& welcome, Time now, SessionActions& actions)
   heartbeat_interval_ = std::max<Duration>(welcome.heartbeat_interval, std::chrono::milliseconds(1));
   next_heartbeat_ = now + heartbeat_interval_;
   if (farm_ && *farm_ != welcome.farm) {
-    drop_everything(actions);
+    drop_everything("another farm answers at this address now. Results for the old farm are dropped", actions);
+  } else if (!name_in_farm_.empty() && name_in_farm_ != welcome.worker) {
+    drop_everything(fmt::format("this worker's name is '{}' now. It was '{}'. Results under the old name are dropped",
+                                printable(welcome.worker), printable(name_in_farm_)),
+                    actions);
   }
   farm_ = welcome.farm;
+  name_in_farm_ = welcome.worker;
   send_results_again(actions);
 }
 
@@ -82,8 +88,8 @@ void Session::send_results_again(SessionActions& actions) {
   }
 }
 
-void Session::drop_everything(SessionActions& actions) {
-  actions.push_back(LogNotice{"another farm answers at this address now. Results for the old farm are dropped"});
+void Session::drop_everything(std::string reason, SessionActions& actions) {
+  actions.push_back(LogNotice{std::move(reason)});
   stop_tiles([](const Rendering&) { return true; }, actions);
   while (!leases_.empty()) {
     erase_lease(leases_.begin()->first, actions);

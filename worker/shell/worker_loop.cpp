@@ -292,7 +292,7 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
   }
   ++failures_;
   failures_ = std::min(failures_, 1'000);
-  session_.disconnected(now, actions_, refused);
+  session_.disconnected(now, actions_, refused && !link_.enrols_next());
 }
 
 /// Logs each new reason.

@@ -141,7 +141,7 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
     fs::permissions(folder, fs::perms::owner_all, error);
   }
   if (error) {
-    return invalid_argument("cannot make the folder {}: {}", folder.string(), error.message());
+    return invalid_argument("cannot make the folder {}: {}. Choose another one", folder.string(), error.message());
   }
   const fs::path certificate = folder / kAuthorityCertificate;
   if (!options.replace && fs::exists(certificate, error)) {  // its key may be elsewhere
@@ -175,8 +175,8 @@ Result<KeyAndCertificate> read_authority(const fs::path& folder) {
   const Result<std::string> key = read_file(folder / kAuthorityKey),
                             certificate = read_file(folder / kAuthorityCertificate);
   if (!certificate.ok()) {
-    return with_context(certificate.status(), fmt::format("no authority in {}: make one with `lightmill certs init {}`",
-                                                          folder.string(), folder.string()));
+    return make_error(certificate.status().code(), "no authority in {0}: {1}. Make one with `lightmill certs init {0}`",
+                      folder.string(), message_of(certificate.status()));
   }
   if (!key.ok()) {
     return with_context(
@@ -184,6 +184,8 @@ Result<KeyAndCertificate> read_authority(const fs::path& folder) {
                                   "key is lost\" in docs/operate/security.md",
                                   folder.string(), kAuthorityKey));
   }
+  const std::string key_file = (folder / kAuthorityKey).string();
+  LM_RETURN_IF_ERROR(with_context(check_secrecy(key_file, "the authority's key"), key_file));
   return KeyAndCertificate{*key, *certificate};
 }
 
@@ -201,10 +203,6 @@ Result<fs::path> own_file(const CertsOptions& options, const std::string& name) 
 Status issue(const CertsOptions& options, const CertificateSubject& subject, const std::string& file_name,
              const Console& console) {
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate authority, read_authority(options.folder));
-  const std::string key = (fs::path(options.folder) / kAuthorityKey).string();
-  if (const Status secret = check_secrecy(key, "the authority's key"); !secret.ok()) {
-    console.notice(fmt::format("{}: {}", key, message_of(secret)));
-  }
   LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, file_name));
   const std::optional<CertificateFacts> former = certificate_in(file);
   if (options.replace) {
@@ -324,7 +322,9 @@ void add_certs_command(CLI::App& app, Context& context) {
 
   CLI::App* person = add_issuing(*certs, *options, "person", "Make a person's certificate: DIR/NAME.pem.");
   person->add_option("NAME", options->name, "name of the person, the owner of jobs submitted with it")->required();
-  person->add_option("--roles", options->roles, "roles: view, submit, operate, worker, admin; with commas")
+  person
+      ->add_option("--roles", options->roles,
+                   "one or several of view, submit, operate, worker and admin, separated by commas")
       ->type_name("ROLE[,ROLE]")
       ->check(readable(parse_roles))
       ->default_str(fmt::format("{}; with --replace, those of the old certificate", kDefaultRoles));

@@ -175,7 +175,8 @@ void add_job_commands(CLI::App& app, Context& context) {
       "A ! after the method means that the picture lacks some of the scene's light. `lightmill show JOB` says which.\n"
       "Mixed means that workers of every fingerprint class may render the job (--allow-mixed).");
   const auto list = std::make_shared<ListOptions>();
-  jobs->add_option("--state", list->states, "only jobs in this state: queued, running, paused, done, failed, cancelled")
+  jobs->add_option("--state", list->states,
+                   "only jobs in these states: queued, running, paused, done, failed, cancelled")
       ->type_name("STATE,...")
       ->delimiter(',')
       ->check(readable(parse_state));

@@ -46,9 +46,8 @@ std::string owner_text(const v1::Job& job) {
   return job.host().empty() ? owner : fmt::format("{} on {}", owner, job.host());
 }
 
-/// `verbose`: with rows that only help to find a problem.
-std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool verbose) {
-  const v1::Job& job = film.job;
+/// `film`: null if it cannot be read. `verbose`: with rows that only help to find a problem.
+std::vector<std::vector<std::string>> describe(const v1::Job& job, const AssembledFilm* film, bool verbose) {
   const v1::JobCounters& counters = job.counters();
   const v1::PixelRect& crop = job.crop();
   const bool says_more = !job.reason().empty() && job.reason() != state_name(job.state());
@@ -71,7 +70,9 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
       {"rendering", human_seconds(job.active_seconds())},
       {"thread time", human_seconds(job.worker_seconds()) + " over all threads"},
       {"audits", audits_text(job)},
-      {"film hash", film.picture.receipt.film_hash + (film.picture.layers.empty() ? "" : " (of picture and layers)")},
+      {"film hash", film == nullptr ? "unknown, because the film cannot be read"
+                                    : film->picture.receipt.film_hash +
+                                          (film->picture.layers.empty() ? "" : " (of picture and layers)")},
   };
   if (job.has_error()) {
     rows.push_back({"error", fmt::format("{} (relMSE {}, 95% confidence)", error_text(job),
@@ -80,8 +81,8 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   if (job.allow_mixed()) {
     rows.push_back({"class", mixed_text(job)});
   }
-  if (!film.picture.layers.empty()) {
-    rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
+  if (film != nullptr && !film->picture.layers.empty()) {
+    rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film->picture), ", "))});
   }
   std::string head = job.method_notes().candidates().empty() ? "chosen" : "candidates";
   for (const std::string& reason : job.method_notes().reasons()) {
@@ -90,17 +91,17 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   for (const std::string& notice : job.method_notes().notices()) {
     rows.push_back({"note", notice});
   }
-  for (const NamedReading& reading : film.meters) {
-    rows.push_back({"meter " + reading.meter.name, reading_text(reading)});
-  }
-  if (!film.meters.empty()) {
+  if (film != nullptr && !film->meters.empty()) {
+    for (const NamedReading& reading : film->meters) {
+      rows.push_back({"meter " + reading.meter.name, reading_text(reading)});
+    }
     rows.push_back({"", std::string(kReadingConfidence)});
   }
   if (counters.non_finite() > 0) {
     rows.push_back({"non-finite", fmt::format("{} samples counted as zero", counters.non_finite())});
   }
   if (verbose) {
-    const std::string& digest = film.picture.receipt.render_digest;
+    const std::string digest = film == nullptr ? "" : film->picture.receipt.render_digest;
     rows.push_back({"results", fmt::format("{} merged, {} repeated, {} leases lost", counters.results_merged(),
                                            counters.results_duplicate(), counters.leases_lost())});
     rows.push_back({"render digest", digest.empty() ? "none yet" : digest});
@@ -140,7 +141,15 @@ Status show_job(CoordinatorClient& connection, const Console& console, const Sho
   if (!options.chart.empty()) {
     LM_RETURN_IF_ERROR(check_output(options.chart));
   }
-  LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(connection, options.job));
+  const Result<AssembledFilm> read = fetch_film(connection, options.job);
+  if (!read.ok()) {
+    const Result<v1::Job> job = connection.get_job(options.job);
+    if (job.ok() && !console.json()) {
+      print_table(console, describe(*job, nullptr, options.verbose));
+    }
+    return read.status();
+  }
+  const AssembledFilm& film = *read;
   if (!options.chart.empty()) {
     LM_RETURN_IF_ERROR(
         as_output_error(write_file_atomically(options.chart, as_byte_view(chart_file(job_chart(film.job))))));
@@ -154,7 +163,7 @@ Status show_job(CoordinatorClient& connection, const Console& console, const Sho
   object["layers"] = layer_names(film.picture);
   object["meters"] = to_json(film.meters);
   console.object(object);
-  print_table(console, describe(film, options.verbose));
+  print_table(console, describe(film.job, &film, options.verbose));
   return ok_status();
 }
 

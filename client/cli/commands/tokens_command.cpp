@@ -183,7 +183,8 @@ void add_token_commands(CLI::App& app, Context& context) {
   CLI::App* made = tokens->add_subcommand("create", "Make a token, and print it once.");
   made->add_option("NAME", options->name, "name of the user or worker, the owner of jobs submitted with it")
       ->required();
-  made->add_option("--roles", options->roles, "roles: view, submit, operate, worker, admin; with commas")
+  made->add_option("--roles", options->roles,
+                   "one or several of view, submit, operate, worker and admin, separated by commas")
       ->type_name("ROLE[,ROLE]")
       ->check(readable(parse_roles))
       ->capture_default_str();

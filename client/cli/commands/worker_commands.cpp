@@ -33,7 +33,7 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
     return ok_status();
   }
   for (const v1::Worker& worker : workers) {
-    if (!worker.quarantine().empty()) {
+    if (!worker.quarantine().empty() && !is_shown_by_others(worker, workers)) {
       console.notice(fmt::format(
           "{} is in quarantine ({}). Check its machine, then release it with `lightmill workers release {}{}`",
           worker.name(), worker.quarantine(), worker.name(), common.farm_options()));

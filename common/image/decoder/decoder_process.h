@@ -25,7 +25,7 @@ namespace lightmill {
 
 struct FromDecoder;
 
-/// The decoder in the directory of this program.
+/// The decoder in the folder of this program.
 std::filesystem::path image_decoder_program();
 
 /// The decoder's description of its libraries (decoder/fingerprint.h). Takes about 0.3 s. FAILED_PRECONDITION if the

@@ -185,7 +185,7 @@ void Wavefront::sum_splits() {
   const std::size_t pixels = pixels_;
   for (std::size_t channel = 0; plan_.splits > 1 && channel < channels_.layout.summed; ++channel) {
     const float* const from = ws_.radiance.data() + channel * slots_;
-    // At or before the values that it is made from. They are not needed again.
+    // The output overlaps the input. It never lies behind the values that are still to be read.
     float* const to = ws_.radiance.data() + channel * pixels;
     for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
       float sum = from[pixel];

@@ -13,7 +13,7 @@ V8 multiply(const std::vector<float>& matrices, U8 geometry, const V8& v, M8 lan
          gather3(matrices.data(), column + U8(2u), lanes) * v.z;
 }
 
-/// gather_rows_of_four for rare surfaces. Not inlined, so that the common use is.
+/// gather_rows_of_four for rare surfaces. Not inlined, so that the compiler still inlines the common calls.
 [[gnu::noinline]] V8 gather_rare_rows(const std::vector<float>& rows, U8 row, M8 lanes) {
   return gather_rows_of_four(rows.data(), row, lanes);
 }

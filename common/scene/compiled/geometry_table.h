@@ -23,7 +23,7 @@ struct Surface8 {
   U8 material;          ///< index of the material
   F8 u, v;              ///< texture coordinates if the material has textures, else 0
   V8 color;             ///< of the mesh's vertices, in scenes with such meshes (has_colors)
-  F8 alpha;             ///< the same
+  F8 alpha;             ///< of the mesh's vertices, in scenes with such meshes
   M8 mapped;            ///< a normal map or bump map gives the shading normal, whatever the ray's direction
   V8 tangent;           ///< of directed surfaces: the direction of the anisotropy; unit, on the shading normal's plane
   M8 directed;          ///< the anisotropy has a direction (anisotropy_directions.h)

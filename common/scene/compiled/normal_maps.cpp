@@ -9,8 +9,8 @@ NormalMaps::NormalMaps(const Scene& scene, const MaterialRows& rows, double leng
   for (const auto& material : rows.materials) {
     const NormalMap& normal = material->normal_map;
     const BumpMap& bump = material->bump_map;
-    // The right side of an image is where its own first coordinate grows. This is against u if the image is scaled by a
-    // negative factor, and elsewhere if it is rotated.
+    // The right side of an image is where its own first coordinate grows. This is −u if the image is scaled by a
+    // negative factor, and another direction if it is rotated.
     std::array<double, 2> sign{1, 1};
     double angle = 0;
     if (normal.texture != kNoTexture) {

@@ -14,10 +14,10 @@ namespace {
 constexpr std::uint64_t kOfTriangle = 200;          ///< Embree's hierarchy while it is built, and tables
 constexpr std::uint64_t kOfPosition = 28;           ///< in single precision, twice
 constexpr std::uint64_t kOfNormal = 24;             ///< as tables grow
-constexpr std::uint64_t kOfCoordinate = 16;         ///< the same
-constexpr std::uint64_t kOfColor = 32;              ///< the same
-constexpr std::uint64_t kOfTangent = 32;            ///< the same
-constexpr std::uint64_t kOfDerivatives = 64;        ///< the same, per triangle of materials that use tangents
+constexpr std::uint64_t kOfCoordinate = 16;         ///< as tables grow
+constexpr std::uint64_t kOfColor = 32;              ///< as tables grow
+constexpr std::uint64_t kOfTangent = 32;            ///< as tables grow
+constexpr std::uint64_t kOfDerivatives = 64;        ///< as tables grow, per triangle of materials that use tangents
 constexpr std::uint64_t kOfEmissiveTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
 constexpr std::uint64_t kOfLight = 1000;      ///< in the document, in the table and in its hierarchy

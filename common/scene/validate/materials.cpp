@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/overloaded.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 namespace {
@@ -216,14 +217,14 @@ Status check_material(const std::string& path, const Material& material) {
 }
 
 std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials) {
-  std::string text = fmt::format("unknown material \"{}\". ", name);
+  std::string text = fmt::format("unknown material \"{}\". ", cut_text(printable(name), kMaxNameBytes));
   if (materials.empty()) {
     return text + "There are no materials";
   }
   text += "Known materials: ";
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < std::min(materials.size(), kShown); ++i) {
-    text += (i > 0 ? ", " : "") + materials[i].name;
+    text += (i > 0 ? ", " : "") + cut_text(printable(materials[i].name), kMaxNameBytes);
   }
   if (materials.size() > kShown) {
     text += fmt::format(" and {} more", materials.size() - kShown);

@@ -16,6 +16,8 @@ Status check_point(std::string_view path, const Point3d& point);
 Status check_components(const std::string& path, const RgbColor& color, double limit);
 /// With a tolerance of about 1e-6. A vector of length zero is parallel to all.
 bool are_parallel(const Point3d& a, const Point3d& b);
+/// At most kMaxSceneNameBytes.
+Status check_name_length(const std::string& path, const std::string& name);
 /// Fails if `name` is among `names`, else adds it. `what` is the kind of thing that has the name.
 Status check_new_name(std::set<std::string_view>& names, const std::string& path, const std::string& name,
                       std::string_view what);

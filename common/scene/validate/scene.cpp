@@ -93,22 +93,28 @@ Status validate(const Scene& scene) {
   LM_RETURN_IF_ERROR(validate(scene.camera));
   LM_RETURN_IF_ERROR(check_film(scene.film));
   LM_RETURN_IF_ERROR(check_counts(scene));
+  LM_RETURN_IF_ERROR(check_name_length("scene", scene.name));
   std::set<std::string_view> textures, materials;
   for (std::size_t i = 0; i < scene.textures.size(); ++i) {
     LM_RETURN_IF_ERROR(check_texture(fmt::format("textures[{}]", i), scene.textures[i]));
+    LM_RETURN_IF_ERROR(check_name_length(fmt::format("textures[{}]", i), scene.textures[i].name));
     LM_RETURN_IF_ERROR(check_new_name(textures, fmt::format("textures[{}]", i), scene.textures[i].name, "texture"));
   }
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     LM_RETURN_IF_ERROR(check_material(fmt::format("materials[{}]", i), scene.materials[i]));
+    LM_RETURN_IF_ERROR(check_name_length(fmt::format("materials[{}]", i), scene.materials[i].name));
     LM_RETURN_IF_ERROR(check_new_name(materials, fmt::format("materials[{}]", i), scene.materials[i].name, "material"));
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));
+    const std::string path = fmt::format("objects[{}]", i);
+    LM_RETURN_IF_ERROR(check_name_length(path, scene.objects[i].name));
+    LM_RETURN_IF_ERROR(check_object(path, scene.objects[i], scene.materials.size()));
   }
   LM_RETURN_IF_ERROR(check_lights(scene.lights));
   LM_RETURN_IF_ERROR(check_planes(scene));
   LM_RETURN_IF_ERROR(check_shadow_catchers(scene));
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_name_length(fmt::format("lights[{}]", i), scene.lights[i].name));
     LM_RETURN_IF_ERROR(check_group(fmt::format("lights[{}].group", i), scene.lights[i].group));
   }
   if (const std::size_t groups = light_groups_of(scene).size(); groups > kMaxSceneLightGroups) {

@@ -53,6 +53,12 @@ bool are_parallel(const Point3d& a, const Point3d& b) {
   return !(length(cross(a, b)) > 1e-6 * length(a) * length(b));
 }
 
+Status check_name_length(const std::string& path, const std::string& name) {
+  return name.size() <= kMaxSceneNameBytes ? ok_status()
+                                           : invalid_argument("{}.name: {} bytes are more than the limit of {}", path,
+                                                              name.size(), kMaxSceneNameBytes);
+}
+
 Status check_new_name(std::set<std::string_view>& names, const std::string& path, const std::string& name,
                       std::string_view what) {
   return names.insert(name).second ? ok_status()

@@ -149,18 +149,10 @@ Status GltfData::parse() {
   try {
     *json_ = nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
-    // The text is "[json.exception.parse_error.101] parse error at line 1, column 1: …".
-    std::string_view what = error.what();
-    what.remove_prefix(what.find("] ") == what.npos ? 0 : what.find("] ") + 2);
-    constexpr std::string_view kPlaced = "parse error";
-    std::string_view place;
-    if (const std::size_t end = what.find(": "); what.starts_with(kPlaced) && end != what.npos) {
-      place = what.substr(kPlaced.size(), end - kPlaced.size());  // " at line 1, column 1"
-      what.remove_prefix(end + 2);
-    }
-    return invalid_argument("{} is wrong{}, so the file is damaged: export it again: {}",
-                            text.data() == bytes_.data() ? "its JSON" : "the JSON within it", place,
-                            library_text(what));
+    const JsonFault fault = json_fault(error.what());
+    return invalid_argument("{} is wrong{}{}, so the file is damaged: export it again: {}",
+                            text.data() == bytes_.data() ? "its JSON" : "the JSON within it",
+                            fault.place.empty() ? "" : " at ", fault.place, fault.what);
   }
   if (!json_->is_object()) {
     return invalid_argument("a JSON object is expected");

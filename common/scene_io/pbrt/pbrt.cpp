@@ -107,7 +107,7 @@ class PbrtReader {
       return place.error("the transform has numbers beyond 1e30");
     }
     if (at_end_time_) {
-      world_.notices().left_out("motion: everything stands where it is when the shutter opens");
+      world_.notices().left_out("motion blur: everything has its position at the time when the shutter opens");
     } else {
       state_.to_scene = transform;
     }

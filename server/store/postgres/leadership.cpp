@@ -54,7 +54,7 @@ Status check_tables(Session& session, bool read_only, std::int64_t& format) {
         session.place());
   }
   if (!has_meta && read_only) {
-    return not_found("there is no farm in {}", session.place());
+    return not_found("there is no farm in {}: name its database with --store", session.place());
   }
   if (!has_schema) {
     LM_RETURN_IF_ERROR(session.execute("CREATE SCHEMA lightmill"));
@@ -182,7 +182,8 @@ Status Leadership::end_lease_of_gone(Session& session) {
     seen_ = at_work;
     checks_without_it_ = 0;
   }
-  // If the active instance was never seen with a connection, something hides it. Then only its lease counts.
+  // If no connection of the active instance was ever visible, a pooler or a missing right may hide it. Then only the end
+  // of its lease counts.
   if (at_work.empty() || at_work != seen_ || rows.flag(0, 1) || ++checks_without_it_ < kChecksUntilGone) {
     return ok_status();
   }

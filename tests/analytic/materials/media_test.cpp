@@ -168,7 +168,7 @@ TEST(Media, SheetsOfOneGlassThatOverlapAreOneSheet) {
   expect_answer(seen_through(medium("glass", 1.5, ""), {{"glass", 2, 0.5}, {"glass", 1, 0}}), (1 - r) / (1 + r), 1e-3);
 }
 
-TEST(Media, ClearGlassInGlassHidesInUniformLight) {
+TEST(Media, ClearGlassInGlassPassesTheWhiteFurnaceTest) {
   for (const int priority : {0, 3}) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 0, 4], "look_at": [0, 0, 0])", 30, 32,
@@ -335,7 +335,7 @@ TEST(Scattering, SingleScatteringAroundAPointLightMatchesTheIntegral) {
   }
 }
 
-TEST(Scattering, FogThatAbsorbsNothingHidesInUniformLight) {
+TEST(Scattering, FogThatAbsorbsNothingPassesTheWhiteFurnaceTest) {
   for (const auto& [ior, g] : {std::pair(1.0, 0.0), {1.0, 0.8}, {1.5, 0.0}}) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16,

@@ -42,7 +42,7 @@ TEST(Principled, DrawsWhatItsPdfSays) {
   }
 }
 
-TEST(Principled, MakesNoEnergyOnEitherSide) {
+TEST(Principled, ConservesEnergyOnBothSides) {
   std::uint32_t seed = 1000;
   for (const Parameters& p : many()) {
     for (const double degrees : kPrincipledAngles) {

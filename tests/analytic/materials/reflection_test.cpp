@@ -32,7 +32,7 @@ TEST(Phong, DrawsWhatItsPdfSays) {
   }
 }
 
-TEST(Phong, MakesNoEnergyAndReflectsAllOfItsAlbedoAtNormalIncidence) {
+TEST(Phong, ConservesEnergyAndReflectsAllOfItsAlbedoAtNormalIncidence) {
   std::uint32_t seed = 200;
   for (const double exponent : {0.0, 1.0, 42.0, 1e3, 1e6}) {
     for (const double degrees : kAngles) {
@@ -190,7 +190,7 @@ TEST(Conductor, DrawsWhatItsPdfSays) {
   }
 }
 
-TEST(Conductor, MakesNoEnergy) {
+TEST(Conductor, ConservesEnergy) {
   std::uint32_t seed = 400;
   for (const double alpha : {2e-4, 0.01, 0.1, 0.5, 1.0}) {
     for (const double degrees : kAngles) {

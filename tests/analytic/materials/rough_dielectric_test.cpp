@@ -38,7 +38,7 @@ TEST(RoughDielectric, DrawsWhatItsPdfSays) {
   }
 }
 
-TEST(RoughDielectric, MakesNoEnergy) {
+TEST(RoughDielectric, ConservesEnergy) {
   std::uint32_t seed = 600;
   for (const double eta : kEtas) {
     for (const double alpha : {1e-3, 0.05, 0.3, 1.0}) {
@@ -72,7 +72,7 @@ TEST(RoughDielectric, CompensatedGlassReflectsAndTransmitsAll) {
 }
 
 // Near index 1 the compensation fades. It must not make light.
-TEST(RoughDielectric, CompensatedGlassOfAnyIndexMakesNoEnergy) {
+TEST(RoughDielectric, CompensatedGlassOfAnyIndexConservesEnergy) {
   for (const double eta : {1.003, 1 / 1.003, 1.02, 1 / 1.02, 1.05, 1 / 1.05, 1.12, 1 / 1.12, 4.0, 0.25, 10.0, 0.1}) {
     for (const double roughness : {0.2, 0.5, 0.8, 1.0}) {
       for (const double degrees : {0.01, 45.0, 75.0, 89.0}) {

@@ -165,7 +165,7 @@ TEST(WhiteFurnace, RoomsOfEveryKindWithoutGlossAreDiffuse) {
   }
 }
 
-TEST(WhiteFurnace, ClearRoughGlassHidesInUniformLight) {
+TEST(WhiteFurnace, ClearRoughGlassIsInvisible) {
   // Slightly rough facets lose almost nothing.
   const auto principled = [](double ior, double roughness) {
     return fmt::format(R"("principled": {{"base_color": {}, "transmission": 1, "ior": {}, "roughness": {}}})", gray(1),

@@ -19,7 +19,7 @@ Estimate ball_in_sky(const std::string& material, double fov, std::uint32_t seed
   return mean_of(scene.render({"path", seed, 0}, log2_samples), 1);
 }
 
-TEST(Subsurface, WhiteMediaHideInUniformLight) {
+TEST(Subsurface, WhiteMediaPassTheWhiteFurnaceTest) {
   std::uint32_t seed = 710;
   for (const auto& [reflectance, transmittance, g] : {std::tuple(0.0, 1.0, 0.0), {0.3, 0.7, 0.0}, {0.0, 1.0, 0.7}}) {
     const std::string interior = fmt::format(R"("scattering": {{"rgb": [4, 4, 4]}}, "anisotropy": {})", g);

@@ -253,7 +253,7 @@ class SilentFarmTest : public FarmCliTest {
   }
 };
 
-TEST_F(SilentFarmTest, TopCanBeLeft) {
+TEST_F(SilentFarmTest, QEndsTop) {
   expect_leaves("q", {0});
   expect_leaves("\x03", {0});
 }

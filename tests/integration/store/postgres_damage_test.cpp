@@ -173,7 +173,7 @@ class PostgresDamage : public ::testing::Test {
   std::string restore_;
 };
 
-TEST_F(PostgresDamage, IsNeverSilent) {
+TEST_F(PostgresDamage, IsRepairedOrReported) {
   const StoredState sound = load_with_films(*open_postgres(options()).value().store).value();
   ASSERT_EQ(items_of(sound).size(), kJobs * kItemsOfAJob);
   ASSERT_EQ(tables_.size(), 15u);

@@ -55,6 +55,11 @@ TEST(Experiment, PicturesOfOtherRenderersAreRead) {
   EXPECT_NE(message_of(parse_others("", "").status()).find("no picture"), std::string::npos);
 }
 
+TEST(Experiment, TextsThatAreNotJsonHaveAPlace) {
+  const std::string error = message_of(parse_experiment("{\n \"scenes\": ", "dir").status());
+  EXPECT_TRUE(error.starts_with("not JSON at line 2, column 12: syntax error while parsing value")) << error;
+}
+
 TEST(Experiment, MistakesAreNamed) {
   const auto error = [](const std::string& from, const std::string& to) {
     std::string text = kSmall;
@@ -80,7 +85,7 @@ TEST(Experiment, MistakesAreNamed) {
   EXPECT_NE(error("\"samples\": [1, 4]", "\"errors\": [0.1, 0.2]").find("errors: must descend"), std::string::npos);
   EXPECT_NE(error("\"samples\": 64", "\"samples\": 64, \"error\": 1").find("reference: must be"), std::string::npos);
   EXPECT_NE(error("{\"scenes\"", "{\"width\": 3, \"scenes\"").find("width and height"), std::string::npos);
-  EXPECT_NE(error("}}", "}").find("parse error"), std::string::npos);
+  EXPECT_NE(error("}}", "}").find("not JSON at line 1"), std::string::npos);
 }
 
 /// Results of one method at 1, 2, 4, … samples. Its error is c/samples and its time t·samples. Seeds multiply the error

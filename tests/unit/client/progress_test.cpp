@@ -38,7 +38,7 @@ TEST(Progress, AJobWithoutResultsHasNoVerdictOnItsAudits) {
   job.set_audit_share(0.01);
   EXPECT_EQ(audits_text(job), "no audits yet");
   job.mutable_counters()->set_results_merged(3);
-  EXPECT_EQ(audits_text(job), "unaudited: no result was drawn at a share of 1% (3 results)");
+  EXPECT_EQ(audits_text(job), "unaudited: none of 3 results was selected at a share of 1%");
   job.set_state(v1::JOB_STATE_DONE);
   job.set_results_unaudited(2);
   EXPECT_EQ(audits_text(job), "unaudited: no other identity was connected; 2 results could not be audited");

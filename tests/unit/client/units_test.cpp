@@ -151,13 +151,16 @@ TEST(Dates, AreLocalTimes) {
 }
 
 TEST(Names, AreUtf8OfBoundedLengthWithoutControlCharacters) {
-  for (const std::string& good : {std::string(), std::string("Kühlturm 冷却塔"), std::string(200, 'x')}) {
+  for (const std::string& good :
+       {std::string(), std::string("Kühlturm 冷却塔"), std::string("می\u200cخواهم"), std::string(200, 'x')}) {
     EXPECT_TRUE(check_name("name", good).ok()) << good;
     EXPECT_EQ(as_name(good), good);
   }
   for (const std::string& bad :
        {std::string("a\nb"), std::string("a\0b", 3), std::string("\x7f"), std::string("\xc2\x85"),
-        std::string("\xc0\xaf"), std::string("\xed\xa0\x80"), std::string("\xe2\x82"), std::string(201, 'x')}) {
+        std::string("\xc0\xaf"), std::string("\xed\xa0\x80"), std::string("\xe2\x82"), std::string(201, 'x'),
+        std::string("a\u200e"), std::string("\u200b"), std::string("\ufeff"), std::string("\u061c"),
+        std::string("\U000e0041")}) {
     EXPECT_EQ(check_name("name", bad).code(), StatusCode::kInvalidArgument) << printable(bad);
     EXPECT_TRUE(check_name("name", as_name(bad)).ok()) << printable(bad);
   }

@@ -79,11 +79,11 @@ TEST(PilotChoice, ReasonsStateNoRatioWithoutNoise) {
   const auto reason = [](const PilotMeasure& path, const PilotMeasure& other) {
     return choose(kTwo, std::vector<PilotMeasure>{path, other}).reasons.at(0);
   };
-  EXPECT_EQ(reason(measure(0, 1), measure(0, 1)), "two pilots of path saw no noise");
-  EXPECT_EQ(reason(measure(0, 1), measure(1, 1)), "two pilots of path saw no noise");
-  EXPECT_EQ(reason(measure(1, 1), measure(0, 1)), "two pilots of other saw no noise");
-  EXPECT_EQ(reason(half_silent, measure(1, 1)), "one of two pilots of path saw no noise");
-  EXPECT_EQ(reason(measure(1, 1), half_silent), "one of two pilots of other saw no noise");
+  EXPECT_EQ(reason(measure(0, 1), measure(0, 1)), "path had no noise in two pilots");
+  EXPECT_EQ(reason(measure(0, 1), measure(1, 1)), "path had no noise in two pilots");
+  EXPECT_EQ(reason(measure(1, 1), measure(0, 1)), "other had no noise in two pilots");
+  EXPECT_EQ(reason(half_silent, measure(1, 1)), "path had no noise in one of two pilots");
+  EXPECT_EQ(reason(measure(1, 1), half_silent), "other had no noise in one of two pilots");
 }
 
 TEST(PilotChoice, TheLargestInAThousandIsTrimmed) {

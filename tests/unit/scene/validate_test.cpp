@@ -33,6 +33,16 @@ TEST(Document, AGoodSceneIsValid) {
   EXPECT_EQ(error_after([](Scene&) {}), "no error");
 }
 
+TEST(Document, LongNamesAreRefused) {
+  const std::string name(kMaxSceneNameBytes + 1, 'a');
+  const std::string error = ".name: 1001 bytes are more than the limit of 1000";
+  EXPECT_EQ(error_after([&](Scene& s) { s.name = name; }), "scene" + error);
+  EXPECT_EQ(error_after([&](Scene& s) { s.materials[1].name = name; }), "materials[1]" + error);
+  EXPECT_EQ(error_after([&](Scene& s) { s.objects[0].name = name; }), "objects[0]" + error);
+  EXPECT_EQ(error_after([&](Scene& s) { s.lights[0].name = name; }), "lights[0]" + error);
+  EXPECT_EQ(error_after([&](Scene& s) { s.objects[0].name = name.substr(1); }), "no error");
+}
+
 TEST(Document, SingularTransformsAreRefused) {
   const auto with = [](const Transform& t) { return error_after([&](Scene& s) { s.objects[1].transform = t; }); };
   const std::string flat = "objects[1].transform: the map is not invertible (a scale of zero, or axes in one plane)";

@@ -241,8 +241,8 @@ TEST_F(Load, ACameraFileReplacesTheCamera) {
   options.camera = (folder_ / "none.json").string();
   EXPECT_EQ(
       error({obj}, options),
-      "cannot open none.json: No such file or directory, and the scene has no cameras with names: a JSON file that "
-      "holds one is expected");
+      "--camera none.json: the scene has no camera of this name. As a file: cannot open none.json: No such file or "
+      "directory");
 }
 
 TEST_F(Load, GltfFilesBringTheirFilesAndCameras) {
@@ -265,8 +265,10 @@ TEST_F(Load, GltfFilesBringTheirFilesAndCameras) {
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->scene.camera.eye, (Point3d{0, 0, -5}));
   options.camera = (folder_ / "Side").string();
-  EXPECT_EQ(error({path}, options),
-            "cannot open Side: No such file or directory, and none of the scene's cameras has this name: Front, Back");
+  EXPECT_EQ(
+      error({path}, options),
+      "--camera Side: the scene has no camera of this name. Its cameras: Front, Back. As a file: cannot open Side: No "
+      "such file or directory");
   write("Side", R"({"eye": [1, 2, 3], "look_at": [0, 0, 0], "camera_constant": 1})");
   EXPECT_EQ(load({path}, options)->scene.camera.eye, (Point3d{1, 2, 3}));
   fs::remove(folder_ / "assets/my data.bin");

@@ -263,7 +263,8 @@ TEST(PbrtFile, MotionAndJobSettingsAreLeftOut) {
   const LoadedScene loaded = world("ActiveTransform EndTime Translate 1 0 0 ActiveTransform All Shape \"sphere\"");
   expect_point(std::get<SphereShape>(loaded.scene.objects.at(0).shape).center, {0, 0, 0});
   EXPECT_EQ(loaded.notices,
-            std::vector<std::string>{"left out: motion: everything stands where it is when the shutter opens"});
+            std::vector<std::string>{
+                "left out: motion blur: everything has its position at the time when the shutter opens"});
   const Result<LoadedScene> options = read_text(
       "Option \"seed\" 5 Sampler \"halton\" \"integer pixelsamples\" 4 Integrator \"path\" WorldBegin Shape \"sphere\"");
   ASSERT_TRUE(options.ok()) << options.status();

@@ -39,6 +39,14 @@ class ClientSocket {
       ::close(std::exchange(fd_, -1));
     }
   }
+  void send(std::size_t bytes) const {
+    const std::string text(bytes, 'x');
+    EXPECT_EQ(::send(fd_, text.data(), bytes, MSG_NOSIGNAL), static_cast<ssize_t>(bytes));
+  }
+  bool is_ended_now() const {
+    pollfd ended{fd_, POLLRDHUP, 0};
+    return ::poll(&ended, 1, 0) == 1;
+  }
   /// Waits until the other side has closed it.
   bool is_ended() const {
     pollfd ended{fd_, POLLRDHUP, 0};
@@ -67,8 +75,11 @@ class ClientSocket {
 /// A server that keeps all its sockets until the test closes them.
 class KeepingServer {
  public:
-  KeepingServer(const std::string& listen, std::size_t most)
+  KeepingServer(const std::string& listen, std::size_t most, std::optional<Listener::UnknownBytes> unknown = {})
       : listener_(Listener::open(listen, "--listen", most).value()) {
+    if (unknown) {
+      listener_->limit_unknown(*unknown);
+    }
     listener_->start([this](int socket, const std::string& peer) {
       const MutexLock lock(mutex_);
       sockets_.emplace_back(peer, socket);
@@ -168,6 +179,25 @@ class AllOfTheLog {
   std::ostringstream text_;
 };
 
+TEST(Listener, UnknownCallersCannotSendMuch) {
+  KeepingServer server("127.0.0.1:0", 100, Listener::UnknownBytes{20'000, 30'000});
+  std::vector<ClientSocket> clients(4);
+  for (const ClientSocket& client : clients) {
+    client.connect(server.listener().port());
+  }
+  ASSERT_TRUE(server.has(4));
+  ClientSocket &known = clients[0], &large = clients[1], &larger = clients[2], &small = clients[3];
+  EXPECT_TRUE(server.listener().set_caller(known.name(), anonymous_identity()).ok());
+  known.send(40'000);
+  large.send(20'001);
+  EXPECT_TRUE(large.is_ended()) << "beyond the limit of a connection";
+  small.send(12'000);
+  larger.send(19'000);
+  EXPECT_TRUE(larger.is_ended()) << "beyond the limit of all, with the other one";
+  EXPECT_FALSE(small.is_ended_now());
+  EXPECT_FALSE(known.is_ended_now());
+}
+
 TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
   const AllOfTheLog log;
   const long waits_before = waits_of_others();
@@ -179,7 +209,7 @@ TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
     {
       const NoFiles none;
       meanwhile.connect(server.listener().port());
-      EXPECT_FALSE(server.listener().dial().ok());
+      EXPECT_FALSE(server.listener().connect_to_self().ok());
       const long before_tries = waits_of_others();
       EXPECT_TRUE(test::eventually([&] { return waits_of_others() > before_tries + 3; }));
       EXPECT_EQ(server.peers().size(), 1u);
@@ -235,10 +265,10 @@ TEST(Listener, ADialFromInsideIsServedWhenAllSlotsAreTaken) {
   EXPECT_TRUE(server.listener().set_caller(known.name(), anonymous_identity()).ok());
   refused.connect(server.listener().port());
   EXPECT_TRUE(refused.is_ended());
-  const Result<int> dialled = server.listener().dial();
-  ASSERT_TRUE(dialled.ok()) << dialled.status();
+  const Result<int> connected = server.listener().connect_to_self();
+  ASSERT_TRUE(connected.ok()) << connected.status();
   EXPECT_TRUE(server.has(2));
-  ::close(*dialled);
+  ::close(*connected);
 }
 
 TEST(Listener, TheWildcardAddressIncludesIPv4) {
@@ -248,10 +278,10 @@ TEST(Listener, TheWildcardAddressIncludesIPv4) {
     client.connect(server.listener().port());
     ASSERT_TRUE(server.has(1)) << listen;
     EXPECT_EQ(server.peers().front(), client.name());
-    const Result<int> dialled = server.listener().dial();
-    ASSERT_TRUE(dialled.ok()) << dialled.status();
+    const Result<int> connected = server.listener().connect_to_self();
+    ASSERT_TRUE(connected.ok()) << connected.status();
     EXPECT_TRUE(server.has(2)) << listen;
-    ::close(*dialled);
+    ::close(*connected);
   }
 }
 

@@ -34,7 +34,7 @@ Status verdict(const TlsFiles& tls, bool hangs) {
   builder.RegisterCallbackGenericService(&service);
   const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
   listener->start(std::move(take));
-  const int socket = listener->dial().value();
+  const int socket = listener->connect_to_self().value();
   Status status = check_answers(socket, tls.given());
   ::close(socket);
   listener->stop();

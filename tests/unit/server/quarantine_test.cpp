@@ -87,7 +87,7 @@ TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
   // Later its work turns out to be untrustworthy.
   ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: again", true, now, effects).ok());
   flush();
-  EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke") << "for its own reason";
+  EXPECT_EQ(worker("suspect").quarantine, "put there by ada: again");
   EXPECT_GT(status(id).counters.nodes_dropped, 0u);
   EXPECT_EQ(status(id).state, JobState::running);
   while (waiting(other) > 0) {
@@ -157,6 +157,14 @@ TEST_F(QuarantineTest, AJobWithoutOtherWorkersNamesTheQuarantinedOnesAndTheRemed
   flush();
   EXPECT_EQ(status(job).reason, "");
   EXPECT_GT(waiting(again), 0u) << "the stated remedy helps";
+}
+
+TEST_F(QuarantineTest, AManualReasonCanBeReplaced) {
+  connect_on("m1", "w1");
+  ASSERT_TRUE(coordinator->quarantine_worker("w1", "put there by ada", false, now, effects).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("w1", "put there by ada: bad memory", false, now, effects).ok());
+  flush();
+  EXPECT_EQ(worker("w1").quarantine, "put there by ada: bad memory");
 }
 
 TEST_F(QuarantineTest, AnAuditsReasonReplacesAManualOne) {

@@ -75,7 +75,7 @@ TEST(ResultRateControl, UnitsFromBeforeAChangeDoNotCount) {
   ResultRateControl control = cut_to(630, seconds(10));
   const Time there = kRateStart + seconds(2 + 20 + 4);
   control.add_result(1, there - seconds(1));
-  EXPECT_EQ(control.heard_from(there), there);
+  EXPECT_EQ(control.window_start(there), there);
   EXPECT_FALSE(control.is_due(there + milliseconds(1999)));
   control.add_result(1200, there);
   EXPECT_TRUE(look(control, there + seconds(2), {seconds(4)}));
@@ -103,8 +103,8 @@ TEST(ResultRateControl, GrowsByAFifthWithResultsAndDoublesWhenIdle) {
 
 TEST(ResultRateControl, AReportedWaitCountsForHalfAMinute) {
   const ResultRateControl control(kMax, kRateStart);
-  EXPECT_EQ(control.heard_from(kRateStart + seconds(10)), kRateStart);
-  EXPECT_EQ(control.heard_from(kRateStart + seconds(70)), kRateStart + seconds(40));
+  EXPECT_EQ(control.window_start(kRateStart + seconds(10)), kRateStart);
+  EXPECT_EQ(control.window_start(kRateStart + seconds(70)), kRateStart + seconds(40));
 }
 
 TEST(ResultRateControl, AnIntervalWithoutReportsDoesNotCount) {
@@ -119,7 +119,7 @@ TEST(ResultRateControl, APauseDoesNotCount) {
   control.add_result(1, kRateStart);
   control.note_stall(kRateStart + seconds(1));
   EXPECT_FALSE(control.is_due(kRateStart + seconds(12)));
-  EXPECT_EQ(control.heard_from(kRateStart + seconds(12)), kRateStart + seconds(11));
+  EXPECT_EQ(control.window_start(kRateStart + seconds(12)), kRateStart + seconds(11));
   EXPECT_TRUE(control.is_due(kRateStart + seconds(13)));
 }
 

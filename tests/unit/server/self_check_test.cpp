@@ -84,16 +84,16 @@ class Said {
   std::vector<std::string> all_ LM_GUARDED_BY(mutex_);
 };
 
-/// A port whose server answers calls on the dials that `answers` accepts by number. On the others it sends only HTTP/2's
-/// settings. A send may fail, because a check that ends closes its connection in the middle of a dial.
+/// A port whose server answers calls on the probes that `answers` accepts by number. On the others it sends only HTTP/2's
+/// settings. A send may fail, because a check that ends closes its connection in the middle of a probe.
 class MoodyPort {
  public:
   explicit MoodyPort(std::function<bool(int)> answers)
       : listener_(Listener::open("127.0.0.1:0", "--listen", 8).value()) {
-    listener_->start([answers = std::move(answers), dial = 0](int socket, const std::string&) mutable {
+    listener_->start([answers = std::move(answers), probe = 0](int socket, const std::string&) mutable {
       constexpr std::string_view kSettings("\0\0\0\4\0\0\0\0\0", 9), kHeaders("\0\0\0\1\4\0\0\0\1", 9);
       (void)::send(socket, kSettings.data(), kSettings.size(), MSG_NOSIGNAL);
-      if (answers(dial++)) {
+      if (answers(probe++)) {
         (void)::send(socket, kHeaders.data(), kHeaders.size(), MSG_NOSIGNAL);
         pollfd gone{socket, POLLRDHUP, 0};  // before it has read the answer, it might miss it
         EXPECT_EQ(::poll(&gone, 1, 60'000), 1);
@@ -109,7 +109,7 @@ class MoodyPort {
 };
 
 TEST(SelfCheck, ReportsWhenAPortStopsAnsweringAndResumes) {
-  MoodyPort port([](int dial) { return dial < 1 || dial >= 1 + PortHealth::kDoubtful; });
+  MoodyPort port([](int probe) { return probe < 1 || probe >= 1 + PortHealth::kDoubtful; });
   Said said;
   const SelfCheck check(
       port.listener(), false, system_clock(), [&](bool answering) { said.add(answering ? "hears" : "doubts"); },
@@ -118,7 +118,7 @@ TEST(SelfCheck, ReportsWhenAPortStopsAnsweringAndResumes) {
 }
 
 TEST(SelfCheck, APortThatStaysUnresponsiveEndsTheProgram) {
-  MoodyPort port([](int dial) { return dial < 1; });
+  MoodyPort port([](int probe) { return probe < 1; });
   Said said;
   const LeapingClock clock;
   const SelfCheck check(

@@ -300,7 +300,7 @@ TEST_F(CheckStateTest, AMissingAssetOfADoneJobBlocksNothing) {
   EXPECT_TRUE(found.whole);
   EXPECT_EQ(found.report.back(),
             "asset " + sha256("two").hex() +
-                " is missing. It blocks nothing: jobs 1, 2 have ended, and need it only to be extended");
+                " is missing. No running job needs it: jobs 1, 2 have ended, and need it only for `lightmill extend`");
   damage("job = 2 AND tile = 1");
   const StateCheck incomplete = check().value();
   EXPECT_FALSE(incomplete.whole);

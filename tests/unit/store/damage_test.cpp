@@ -98,7 +98,7 @@ class Damage : public ::testing::Test {
   std::map<std::string, std::string> files_;
 };
 
-TEST_F(Damage, IsNeverSilent) {
+TEST_F(Damage, IsRepairedOrReported) {
   std::map<std::string, std::string> before;
   {
     const auto store = open_sqlite_store(file_).value();

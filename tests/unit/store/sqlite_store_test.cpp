@@ -376,6 +376,11 @@ TEST(DataFolder, HasOneUserAtATime) {
     EXPECT_NE(message_of(second.status()).find(std::to_string(::getpid())), std::string::npos);
   }
   EXPECT_TRUE(DataFolder::open(path).ok()) << "the lock falls with its owner";
+  std::filesystem::permissions(path, std::filesystem::perms(0777));
+  EXPECT_EQ(message_of(DataFolder::open(path).status()),
+            fmt::format("other users of this machine can write to the data folder {0}, and could replace the farm's "
+                        "files: run `chmod o-w {0}`",
+                        std::string(path)));
 }
 
 }  // namespace

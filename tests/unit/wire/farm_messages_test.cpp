@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "common/wire/bytes.h"
+#include "common/wire/limits.h"
+#include "common/wire/scene_proto.h"
 #include "lightmill/v1/farm.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/worker_service.pb.h"
@@ -250,13 +252,45 @@ TEST(FarmMessages, QuotedBytesArriveAsText) {
                   .starts_with(beginning));
 }
 
+TEST(FarmMessages, AWorkerCannotAnswerAboutTheUsersRights) {
+  for (const StatusCode code : {StatusCode::kInvalidArgument, StatusCode::kUnauthenticated, StatusCode::kOk}) {
+    v1::InspectReport report;
+    report.set_code(static_cast<int>(code == StatusCode::kOk ? static_cast<StatusCode>(99) : code));
+    report.set_problem("line\x1b[2J");
+    const Result<InspectReport> read = from_wire(report);
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(read->found.status().code(), code == StatusCode::kInvalidArgument ? code : StatusCode::kUnknown);
+    EXPECT_EQ(message_of(read->found.status()), "line\\x1b[2J");
+  }
+}
+
+TEST(FarmMessages, ASmallMessageCannotHaveAHugeScene) {
+  std::string packed;
+  for (std::size_t i = 0; i <= kMaxInspectedEntries; ++i) {
+    packed.append("\x2a\0", 2);  // an empty object
+  }
+  EXPECT_EQ(count_entries(packed), kMaxInspectedEntries + 1);
+  v1::InspectReport report;
+  report.mutable_found()->set_packed(packed);
+  EXPECT_EQ(message_of(from_wire(report).status()), "found: a scene of 100001 entries is beyond the limit of 100000");
+  report.mutable_found()->set_packed(packed.substr(2));
+  EXPECT_TRUE(from_wire(report).ok()) << from_wire(report).status();
+  std::string more;
+  for (std::size_t i = 0; i <= 2 * kMaxSceneEntries; ++i) {
+    more.append("\x2a\0", 2);
+  }
+  EXPECT_EQ(message_of(unpack_scene(more).status()),
+            "a packed scene of 2000001 entries is more than the limit of 2000000");
+}
+
 TEST(FarmMessages, CoordinatorMessagesSurviveARoundTrip) {
-  const Welcome welcome{42, std::chrono::milliseconds(2500), std::chrono::seconds(10), {7, 8}};
+  const Welcome welcome{42, std::chrono::milliseconds(2500), std::chrono::seconds(10), {7, 8}, "ada/w1"};
   const auto greeted = std::get<Welcome>(through_wire(CoordinatorMessage(welcome)));
   EXPECT_EQ(greeted.epoch, 42u);
   EXPECT_EQ(greeted.heartbeat_interval, welcome.heartbeat_interval);
   EXPECT_EQ(greeted.lease_duration, welcome.lease_duration);
   EXPECT_EQ(greeted.farm, welcome.farm);
+  EXPECT_EQ(greeted.worker, welcome.worker);
 
   const JobDescription job{JobId{3}, sha256("x"), example_settings()};
   const auto described = std::get<JobDescription>(through_wire(CoordinatorMessage(job)));

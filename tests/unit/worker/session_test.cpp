@@ -95,6 +95,35 @@ TEST_F(SessionTest, ResultsAreKeptUntilAcknowledgedAndSentAgainInOrder) {
   EXPECT_EQ(asked<ForgetJob>().size(), 1u);
 }
 
+TEST_F(SessionTest, WorkUnderAnotherNameIsDropped) {
+  const auto come_back_as = [&](const char* name) {
+    session->connected(now, actions);
+    say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10), {1, 1}, name});
+  };
+  session->start(now, actions);
+  come_back_as("ada/w1");
+  say(description());
+  session->job_ready(JobId{1}, now, actions);
+  say(grant(1, 3));
+  rendered(asked<RenderTile>()[0]);
+  session->disconnected(now, actions);
+  actions.clear();
+  come_back_as("ada/w1");
+  EXPECT_EQ(said<WorkerResult>().size(), 1u);
+  session->disconnected(now, actions);
+  actions.clear();
+  come_back_as("bob/w1");
+  EXPECT_TRUE(said<WorkerResult>().empty());
+  EXPECT_EQ(session->status().results_unacknowledged, 0u);
+  EXPECT_EQ(session->status().leases, 0u);
+  EXPECT_EQ(asked<StopTile>().size(), 2u);
+  // It takes work under its new name.
+  say(description());
+  session->job_ready(JobId{1}, now, actions);
+  say(grant(2, 1));
+  EXPECT_EQ(asked<RenderTile>().size(), 1u);
+}
+
 TEST_F(SessionTest, RenderingContinuesWhileTheStreamIsDown) {
   begin(6);
   session->disconnected(now, actions);

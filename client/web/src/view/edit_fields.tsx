@@ -101,7 +101,7 @@ export function SlotGroups({groups, none, onScene}: {groups: SlotGroup[]; none: 
                 <SlotField slot={slot} onScene={(scene) => onScene(scene, `${group.title}/${slot.label}`)} />
               </div>
             ))}
-            {group.slots.length === 0 && <p class="muted">It has no editable values.</p>}
+            {group.slots.length === 0 && <p class="muted">Nothing to edit here.</p>}
           </div>
         </details>
       ))}

@@ -177,7 +177,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="The whole film: layers, halves, counts, receipt">
           EXR
         </a>
-        <button type="button" disabled={!film} onClick={() => film && void downloadPng(film, look, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
+        <button type="button" disabled={!film} title="What is shown: the chosen layer, with exposure and view" onClick={() => film && void downloadPng(film, look, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
           PNG
         </button>
         <button type="button" onClick={() => void copyLink()}>

@@ -55,7 +55,7 @@ export function RelightPanel({lights, relight, onRelight}: RelightPanelProps) {
           As rendered
         </button>
       </div>
-      {relight.size > 0 && <p class="muted">Mixed in the browser, so its error is unknown. The EXR has the groups as rendered.</p>}
+      {relight.size > 0 && <p class="muted">The browser mixes the groups, so the error of the sum is unknown. The EXR file keeps each group as rendered.</p>}
     </section>
   );
 }
