@@ -49,8 +49,10 @@ const QuarantineRecord* QuarantineList::find(const std::string& worker) const {
 
 bool QuarantineList::put(const QuarantineRecord& record) {
   const QuarantineRecord* const known = find(record.of.worker);
-  // An audit's finding stays. What an operator said can be replaced.
-  const bool news = known != nullptr && known->reason.starts_with(kByHand) && record.reason != known->reason;
+  // An audit's finding stays. What an operator said can be replaced, but not by nothing: "put there by ada".
+  const bool says_why = !record.reason.starts_with(kByHand) || record.reason.find(": ") != std::string::npos;
+  const bool news =
+      known != nullptr && known->reason.starts_with(kByHand) && says_why && record.reason != known->reason;
   if (known != nullptr && known->of.identity == record.of.identity && !news) {
     return false;
   }

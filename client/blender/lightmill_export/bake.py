@@ -27,7 +27,8 @@ def bake(size, notices):
     """Replaces inputs by images of size × size texels, in all objects of the active scene that are rendered."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     items = dict.fromkeys([*bpy.context.scene.objects, *(one.object.original for one in depsgraph.object_instances)])
-    work = [one for one in (Work(item) for item in items if can_change(item)) if one.cuts]
+    known = {}
+    work = [one for one in (Work(item, known) for item in items if can_change(item)) if one.cuts]
     if not work:
         return
     for one in work:
@@ -57,16 +58,19 @@ def can_change(item):
 class Work:
     """An object, and the inputs of its materials that are baked."""
 
-    def __init__(self, item):
+    def __init__(self, item, known):
+        """`known`: the inputs of materials so far."""
         self.item = item
         self.materials = [slot.material for slot in item.material_slots]
         # Other modifiers also make instances, which a mesh would not have.
         can = not any(one.type in ("PARTICLE_SYSTEM", "NODES") and one.show_render for one in item.modifiers)
         self.cuts = {}  # (node's name, input's identifier) by slot
         for slot, material in enumerate(self.materials if can else []):
-            cuts = list(cuts_of(material)) if material is not None and material.use_nodes else []
-            if cuts:
-                self.cuts[slot] = cuts
+            if material is not None and material.use_nodes:
+                if material not in known:
+                    known[material] = list(cuts_of(material))
+                if known[material]:
+                    self.cuts[slot] = known[material]
 
     def key(self):
         """Objects with the same key look the same. None for an object that looks like no other."""

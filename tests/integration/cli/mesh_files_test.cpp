@@ -105,7 +105,7 @@ TEST_F(CliTest, MomentsThatAFileLacksAreRefused) {
   EXPECT_EQ(refusal({animated, "--at", "nan"}).substr(0, 56),
             "lightmill: --at: must be a number from 0 to 1000000000, ");
   EXPECT_EQ(refusal({cube, "--at", "1"}),
-            "lightmill: --at and --animation apply only to glTF files, and " + cube + " is none\n");
+            "lightmill: --at and --animation apply only to glTF files, and " + cube + " is not one: leave them out\n");
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/base/file.h"
 #include "common/image/picture_file.h"
 #include "tests/support/film_planes.h"

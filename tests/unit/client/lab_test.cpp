@@ -85,7 +85,7 @@ TEST(Experiment, MistakesAreNamed) {
   EXPECT_NE(error("\"samples\": [1, 4]", "\"errors\": [0.1, 0.2]").find("errors: must descend"), std::string::npos);
   EXPECT_NE(error("\"samples\": 64", "\"samples\": 64, \"error\": 1").find("reference: must be"), std::string::npos);
   EXPECT_NE(error("{\"scenes\"", "{\"width\": 3, \"scenes\"").find("width and height"), std::string::npos);
-  EXPECT_NE(error("}}", "}").find("not JSON at line 1"), std::string::npos);
+  EXPECT_NE(error("}}", "}").find("not JSON at line "), std::string::npos);
 }
 
 /// Results of one method at 1, 2, 4, … samples. Its error is c/samples and its time t·samples. Seeds multiply the error

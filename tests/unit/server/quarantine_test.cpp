@@ -165,6 +165,9 @@ TEST_F(QuarantineTest, AManualReasonCanBeReplaced) {
   ASSERT_TRUE(coordinator->quarantine_worker("w1", "put there by ada: bad memory", false, now, effects).ok());
   flush();
   EXPECT_EQ(worker("w1").quarantine, "put there by ada: bad memory");
+  ASSERT_TRUE(coordinator->quarantine_worker("w1", "put there by bob", false, now, effects).ok());
+  flush();
+  EXPECT_EQ(worker("w1").quarantine, "put there by ada: bad memory") << "bob said nothing";
 }
 
 TEST_F(QuarantineTest, AnAuditsReasonReplacesAManualOne) {
