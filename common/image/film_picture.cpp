@@ -8,6 +8,7 @@
 #include "common/base/check.h"
 #include "common/base/digest.h"
 #include "common/base/text.h"
+#include "common/image/color.h"
 
 namespace lightmill {
 namespace {

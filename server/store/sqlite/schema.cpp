@@ -124,9 +124,8 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
                                kLossAdvice);
   }
   if (application != kApplicationId) {
-    return failed_precondition(
-        "{} is not a Lightmill store (application id {:#x}): choose another folder with --data", file.string(),
-        application);
+    return failed_precondition("{} is not a Lightmill store (application id {:#x}): choose another folder with --data",
+                               file.string(), application);
   }
   return version >= kSameRowsVersion && version < kSqliteFormatVersion
              ? ok_status()

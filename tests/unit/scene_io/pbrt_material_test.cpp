@@ -280,8 +280,9 @@ TEST(PbrtMaterials, SubsurfaceKnowsMeasuredMediaPerMillimetre) {
       pbrt_material(R"(Material "subsurface" "string name" "Skin1" "float scale" 10 "float g" 0.5)").interior;
   EXPECT_NEAR(skin.absorption.r + skin.scattering.r, 7.72, 1e-4);
   EXPECT_EQ(skin.anisotropy, 0) << "reduced coefficients";
-  EXPECT_EQ(pbrt_error("Material \"subsurface\" \"string name\" \"Skin9\" Shape \"sphere\""),
-            "a.pbrt:3: Material subsurface: string name: there is no measured medium \"Skin9\": give sigma_a and sigma_s instead");
+  EXPECT_EQ(
+      pbrt_error("Material \"subsurface\" \"string name\" \"Skin9\" Shape \"sphere\""),
+      "a.pbrt:3: Material subsurface: string name: there is no measured medium \"Skin9\": give sigma_a and sigma_s instead");
   EXPECT_EQ(pbrt_error("Material \"subsurface\" \"rgb sigma_a\" [1 1 1] Shape \"sphere\""),
             "a.pbrt:3: Material subsurface: rgb sigma_a: needs sigma_a and sigma_s together");
 }
@@ -315,8 +316,9 @@ Material "interface" MediumInterface "fog" "")");
   EXPECT_EQ(fog.interior.absorption, (RgbColor{0.0015333f / 2, 0.0046f / 2, 0.019933f / 2}));
   EXPECT_EQ(fog.interior.scattering, (RgbColor{4.5513f / 2, 5.8294f / 2, 7.136f / 2}));
   EXPECT_EQ(fog.interior.anisotropy, 0.25);
-  EXPECT_EQ(pbrt_error(R"(MakeNamedMedium "fog" "string type" "homogeneous" "string preset" "mud")"),
-            "a.pbrt:3: MakeNamedMedium fog: string preset: there is no measured medium \"mud\": give sigma_a and sigma_s instead");
+  EXPECT_EQ(
+      pbrt_error(R"(MakeNamedMedium "fog" "string type" "homogeneous" "string preset" "mud")"),
+      "a.pbrt:3: MakeNamedMedium fog: string preset: there is no measured medium \"mud\": give sigma_a and sigma_s instead");
 }
 
 TEST(PbrtMedia, FillTheirShapes) {
