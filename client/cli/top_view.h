@@ -24,10 +24,11 @@ std::string activity(const v1::Worker& worker);
 /// The SGR code for an activity: red, green. 0: none.
 int color_of_activity(std::string_view activity);
 
-/// A header, and a row for each worker. HOST is there only if a worker's name does not have its host.
 /// Whether the row is only an identity in quarantine, and workers of it are connected and in quarantine, too.
 bool is_shown_by_others(const v1::Worker& worker, const std::vector<v1::Worker>& workers);
 
+/// A header, and a row for each worker except those that is_shown_by_others. HOST is there only if a worker's name does
+/// not have its host.
 Rows worker_rows(const std::vector<v1::Worker>& workers);
 
 /// The lines: trouble, the farm's totals, its jobs that have not ended (active ones first, each state by number), its

@@ -40,7 +40,7 @@ Character first_character(std::string_view text) {
 
 /// Control characters, marks of the writing direction, and characters that cannot be seen. Joiners are allowed, because
 /// some scripts and emoji need them.
-bool is_control(char32_t code) {
+bool is_unprintable(char32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x00ad || code == 0x061c || code == 0x180e ||
          code == 0x200b || code == 0x200e || code == 0x200f || (code >= 0x2028 && code <= 0x202e) ||
          (code >= 0x2060 && code <= 0x206f) || code == 0xfeff || (code >= 0xe0000 && code <= 0xe007f);
@@ -78,8 +78,8 @@ Status check_name(std::string_view what, std::string_view name) {
     if (!character.valid) {
       return invalid_argument("{}: must be UTF-8, got '{}'", what, printable(name));
     }
-    if (is_control(character.code)) {
-      return invalid_argument("{}: must not have control characters, got '{}'", what, printable(name));
+    if (is_unprintable(character.code)) {
+      return invalid_argument("{}: must not have control or invisible characters, got '{}'", what, printable(name));
     }
     i += character.bytes;
   }
@@ -88,7 +88,7 @@ Status check_name(std::string_view what, std::string_view name) {
 
 std::string printable(std::string_view text, bool keep_lines) {
   return escape_others(text, [keep_lines](char32_t code) {
-    return !is_control(code) || (keep_lines && (code == '\n' || code == '\t'));
+    return !is_unprintable(code) || (keep_lines && (code == '\n' || code == '\t'));
   });
 }
 

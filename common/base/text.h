@@ -14,11 +14,11 @@ namespace lightmill {
 inline constexpr std::size_t kMaxNameBytes = 200;
 
 /// INVALID_ARGUMENT that begins with `what`, unless `name` is UTF-8 of at most kMaxNameBytes bytes without control
-/// characters. These are Unicode's C0 and C1, line separators, and characters that change the writing direction. May be
-/// empty.
+/// or invisible characters. These are Unicode's C0 and C1, line separators, characters that change the writing direction,
+/// and those that cannot be seen, except joiners. May be empty.
 Status check_name(std::string_view what, std::string_view name);
 
-/// `text` with control characters and invalid UTF-8 bytes written as \xHH or \uHHHH, so that a terminal only shows it.
+/// `text` with these characters and invalid UTF-8 bytes written as \xHH or \uHHHH, so that a terminal only shows it.
 /// `keep_lines` keeps line feeds and tabs.
 std::string printable(std::string_view text, bool keep_lines = false);
 

@@ -14,6 +14,14 @@ namespace {
 
 using grpc::StatusCode;
 
+void revoke(const std::shared_ptr<grpc::Channel>& root, const std::string& token) {
+  v1::RevokeTokenRequest request;
+  request.set_id(token_id(token).value());
+  v1::RevokeTokenResponse response;
+  grpc::ClientContext context;
+  EXPECT_TRUE(v1::AccessService::NewStub(root)->RevokeToken(&context, request, &response).ok());
+}
+
 TEST(TokenAccess, TokensOutliveTheCoordinatorOnlyAsHashes) {
   SecureFarm secure;
   const auto root = [&] { return secure.channel(secure.person("root", {Role::admin})); };
@@ -90,11 +98,7 @@ TEST(TokenAccess, AWorkerWithARevokedTokenIsDisconnected) {
     return response.workers_size();
   };
   EXPECT_TRUE(eventually([&] { return workers() == 1; })) << secure.farm().log("worker");
-  v1::RevokeTokenRequest revoke;
-  revoke.set_id(token_id(token).value());
-  v1::RevokeTokenResponse response;
-  grpc::ClientContext context;
-  ASSERT_TRUE(v1::AccessService::NewStub(root)->RevokeToken(&context, revoke, &response).ok());
+  revoke(root, token);
   EXPECT_TRUE(eventually([&] { return secure.farm().log("worker").find("was revoked") != std::string::npos; }))
       << secure.farm().log("worker");
   EXPECT_TRUE(eventually([&] { return workers() == 0; }));
@@ -120,11 +124,7 @@ TEST(TokenAccess, AnUploadWithARevokedTokenEnds) {
     return std::any_of(begin(files), end(files),
                        [](const auto& file) { return file.is_regular_file() && file.file_size() == 1000; });
   })) << "the first half has arrived";
-  v1::RevokeTokenRequest revoke;
-  revoke.set_id(token_id(token).value());
-  v1::RevokeTokenResponse response;
-  grpc::ClientContext context;
-  ASSERT_TRUE(v1::AccessService::NewStub(root)->RevokeToken(&context, revoke, &response).ok());
+  revoke(root, token);
   piece.clear_digest();
   (void)stream->Write(piece);
   stream->WritesDone();
@@ -242,11 +242,8 @@ TEST(TokenAccess, AScalerWithARevokedTokenIsDisconnected) {
   const auto stream = stub->StreamIsActive(&context, {});
   externalscaler::IsActiveResponse heard;
   ASSERT_TRUE(stream->Read(&heard));
-  v1::RevokeTokenRequest revoke;
-  revoke.set_id(token_id(token).value());
-  v1::RevokeTokenResponse response;
-  grpc::ClientContext revoking, submitting;
-  ASSERT_TRUE(v1::AccessService::NewStub(root)->RevokeToken(&revoking, revoke, &response).ok());
+  revoke(root, token);
+  grpc::ClientContext submitting;
   upload_assets(root);
   v1::SubmitJobRequest submit;
   to_wire(job_of(Picture(), "one"), &submit);

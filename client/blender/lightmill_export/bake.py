@@ -182,13 +182,13 @@ class BakeScene:
             stage.use_nodes = True
             mesh.materials.append(stage)
         images = {}
-        for turn in range(max(len(cuts) for cuts in work.cuts.values())):
+        for number in range(max(len(cuts) for cuts in work.cuts.values())):
             image = bpy.data.images.new(f"baked {work.item.name}", size, size, float_buffer=True, is_data=True)
             for slot, stage in enumerate(stages):
                 cuts = work.cuts.get(slot, [])
-                show(stage.node_tree, cuts[turn] if turn < len(cuts) else None, image)
-                if turn < len(cuts):
-                    images[slot, cuts[turn]] = image
+                show(stage.node_tree, cuts[number] if number < len(cuts) else None, image)
+                if number < len(cuts):
+                    images[slot, cuts[number]] = image
             bpy.ops.object.bake(type="EMIT", margin=MARGIN_TEXELS, use_clear=True, uv_layer=COORDINATES)
         for stage in stages:
             bpy.data.materials.remove(stage)
@@ -244,12 +244,12 @@ def cuts_of(material):
     seen = set()
     waiting = [end.inputs[name] for name in ("Surface", "Displacement")] if end is not None else []
     while waiting:
-        node = linked(waiting.pop())
-        if node is None or node.name in seen or node.type == "GROUP":
+        node, _output, groups = Input(waiting.pop()).source()
+        if node is None or groups or node.name in seen:
             continue
         seen.add(node.name)
         for socket in node.inputs:
-            if socket.type == "SHADER" or socket.name in ("Normal", "Clearcoat Normal", "Coat Normal") or node.type == "REROUTE":
+            if socket.type == "SHADER" or socket.name in ("Normal", "Clearcoat Normal", "Coat Normal"):
                 waiting.append(socket)
             elif is_value(node, socket) and needs_image(socket):
                 yield node.name, socket.identifier
@@ -264,7 +264,7 @@ def is_value(node, socket):
 
 def needs_image(socket):
     """Whether the export would replace the input's value, and an image can have it."""
-    if linked(socket) is None:
+    if not socket.links:
         return False
     notices = Notices()
     ValueReader(notices).color(Input(socket))
@@ -299,10 +299,6 @@ def nodes_of(trees):
             yield node
             if node.type == "GROUP" and node.node_tree is not None:
                 yield from nodes_of([node.node_tree])
-
-
-def linked(socket):
-    return socket.links[0].from_node if socket.links else None
 
 
 def input_of(tree, cut):

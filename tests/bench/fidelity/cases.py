@@ -104,73 +104,6 @@ def under_the_sky(lifted=0.0, **surfaces):
     light("SUN", 2, rotation=(0.7, 0.2, 0), angle=0.3)
 
 
-@case
-def shadow_catcher():
-    under_the_sky()
-    bpy.data.objects["Plane"].is_shadow_catcher = True
-
-
-@case
-def shadow_catcher_dark():
-    """Beside a dark wall that scatters little light onto it."""
-    dark = material("dark", Color=gray(0.05))
-    under_the_sky(ball=dark, block=dark)
-    bpy.data.objects["Plane"].is_shadow_catcher = True
-
-
-def procedural(surface, kind, socket, output="Color", coordinates="Generated", **properties):
-    """Links a procedural texture to an input of the surface's shader."""
-    tree = surface.node_tree
-    texture, place = tree.nodes.new(kind), tree.nodes.new("ShaderNodeTexCoord")
-    for key, value in properties.items():
-        if key in texture.inputs:
-            texture.inputs[key].default_value = value
-        else:
-            setattr(texture, key, value)
-    tree.links.new(place.outputs[coordinates], texture.inputs["Vector"])
-    tree.links.new(texture.outputs[output], shader_of(surface).inputs[socket])
-    return texture
-
-
-@case
-def procedural_colors():
-    noise, checker, wood = material("noise"), material("checker"), material("wood")
-    procedural(noise, "ShaderNodeTexNoise", "Color", Scale=4.0)
-    procedural(checker, "ShaderNodeTexChecker", "Color", coordinates="Object", Scale=1.5, Color1=(0.8, 0.2, 0.1, 1))
-    procedural(wood, "ShaderNodeTexWave", "Color", Scale=1.5, Distortion=4.0)
-    under_the_sky(floor=checker, ball=noise, block=wood)
-
-
-@case
-def procedural_plastic():
-    """Roughness by a texture, colours by a ramp."""
-    spots = material("spots", "BSDF_PRINCIPLED", Roughness=0.3)
-    tree = spots.node_tree
-    cells = procedural(spots, "ShaderNodeTexVoronoi", "Roughness", output="Distance", Scale=5.0)
-    ramp = tree.nodes.new("ShaderNodeValToRGB")
-    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.1, 0.3, 0.7, 1), (0.8, 0.7, 0.2, 1)
-    tree.links.new(cells.outputs["Distance"], ramp.inputs["Fac"])
-    tree.links.new(ramp.outputs["Color"], shader_of(spots).inputs["Base Color"])
-    under_the_sky(ball=spots)
-
-
-@case
-def procedural_mix():
-    """Two shaders, mixed by noise."""
-    mixed = material("mixed", Color=(0.7, 0.2, 0.1, 1))
-    tree = mixed.node_tree
-    first, end = shader_of(mixed), tree.nodes["Material Output"]
-    second, mix = tree.nodes.new(NODES["BSDF_GLOSSY"]), tree.nodes.new("ShaderNodeMixShader")
-    second.inputs["Roughness"].default_value = 0.3
-    noise = tree.nodes.new("ShaderNodeTexNoise")
-    noise.inputs["Scale"].default_value = 3
-    tree.links.new(noise.outputs["Fac"], mix.inputs["Fac"])
-    tree.links.new(first.outputs[0], mix.inputs[1])
-    tree.links.new(second.outputs[0], mix.inputs[2])
-    tree.links.new(mix.outputs[0], end.inputs["Surface"])
-    under_the_sky(ball=mixed, block=mixed)
-
-
 def image(name, size=64, value=lambda x, y: (x, y, 0.3, 1), data=False, float_buffer=False):
     made = bpy.data.images.new(name, size, size, alpha=True, float_buffer=float_buffer, is_data=data)
     made.pixels.foreach_set([c for y in range(size) for x in range(size) for c in value((x + 0.5) / size, (y + 0.5) / size)])
@@ -755,6 +688,73 @@ def mixed():
     light("AREA", 200, (3, -2, 4), (0.6, 0.4, 0), size=1.5)
     light("SUN", 1, rotation=(0.9, 0, 1), angle=0)
     sky(0.5, (0.4, 0.6, 1, 1))
+
+
+@case
+def shadow_catcher():
+    under_the_sky()
+    bpy.data.objects["Plane"].is_shadow_catcher = True
+
+
+@case
+def shadow_catcher_dark():
+    """Beside a dark wall that scatters little light onto it."""
+    dark = material("dark", Color=gray(0.05))
+    under_the_sky(ball=dark, block=dark)
+    bpy.data.objects["Plane"].is_shadow_catcher = True
+
+
+def procedural(surface, kind, socket, output="Color", coordinates="Generated", **properties):
+    """Links a procedural texture to an input of the surface's shader."""
+    tree = surface.node_tree
+    texture, place = tree.nodes.new(kind), tree.nodes.new("ShaderNodeTexCoord")
+    for key, value in properties.items():
+        if key in texture.inputs:
+            texture.inputs[key].default_value = value
+        else:
+            setattr(texture, key, value)
+    tree.links.new(place.outputs[coordinates], texture.inputs["Vector"])
+    tree.links.new(texture.outputs[output], shader_of(surface).inputs[socket])
+    return texture
+
+
+@case
+def procedural_colors():
+    noise, checker, wood = material("noise"), material("checker"), material("wood")
+    procedural(noise, "ShaderNodeTexNoise", "Color", Scale=4.0)
+    procedural(checker, "ShaderNodeTexChecker", "Color", coordinates="Object", Scale=1.5, Color1=(0.8, 0.2, 0.1, 1))
+    procedural(wood, "ShaderNodeTexWave", "Color", Scale=1.5, Distortion=4.0)
+    under_the_sky(floor=checker, ball=noise, block=wood)
+
+
+@case
+def procedural_plastic():
+    """Roughness by a texture, colours by a ramp."""
+    spots = material("spots", "BSDF_PRINCIPLED", Roughness=0.3)
+    tree = spots.node_tree
+    cells = procedural(spots, "ShaderNodeTexVoronoi", "Roughness", output="Distance", Scale=5.0)
+    ramp = tree.nodes.new("ShaderNodeValToRGB")
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.1, 0.3, 0.7, 1), (0.8, 0.7, 0.2, 1)
+    tree.links.new(cells.outputs["Distance"], ramp.inputs["Fac"])
+    tree.links.new(ramp.outputs["Color"], shader_of(spots).inputs["Base Color"])
+    under_the_sky(ball=spots)
+
+
+@case
+def procedural_mix():
+    """Two shaders, mixed by noise."""
+    mixed = material("mixed", Color=(0.7, 0.2, 0.1, 1))
+    tree = mixed.node_tree
+    first, end = shader_of(mixed), tree.nodes["Material Output"]
+    second, mix = tree.nodes.new(NODES["BSDF_GLOSSY"]), tree.nodes.new("ShaderNodeMixShader")
+    second.inputs["Roughness"].default_value = 0.3
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    noise.inputs["Scale"].default_value = 3
+    tree.links.new(noise.outputs["Fac"], mix.inputs["Fac"])
+    tree.links.new(first.outputs[0], mix.inputs[1])
+    tree.links.new(second.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], end.inputs["Surface"])
+    under_the_sky(ball=mixed, block=mixed)
 
 
 def begin():

@@ -257,7 +257,7 @@ TEST(Listener, AnOldUnknownCallerMakesRoomForAWaitingOne) {
   EXPECT_TRUE(server.has(2));
 }
 
-TEST(Listener, ADialFromInsideIsServedWhenAllSlotsAreTaken) {
+TEST(Listener, AConnectionFromInsideIsServedWhenAllSlotsAreTaken) {
   KeepingServer server("127.0.0.1:0", 1);
   const ClientSocket known, refused;
   known.connect(server.listener().port());
