@@ -23,8 +23,15 @@ namespace {
 
 /// A packed scene can have 16 MiB. Other messages are small.
 constexpr int kMaxMessageBytes = 20 << 20;
-/// Bytes of a connection before its first call is admitted. gRPC keeps a whole request until then, and a long header.
+/// Bytes of a connection before its first call is admitted: long headers, and the first windows of its calls.
 constexpr std::uint64_t kMaxUnknownBytes = 4 << 20;
+/// Bytes that a caller may send of each call before it is read. gRPC would raise this by itself, up to 16 MiB.
+constexpr int kLookaheadBytes = 1 << 20;
+/// Requests that are read have half of the memory for messages, and those that wait a quarter.
+RequestReads shares_of(std::uint64_t wire_bytes) {
+  return {std::max<std::size_t>(4, wire_bytes / 2 / kMaxMessageBytes),
+          std::max<std::size_t>(8, wire_bytes / 4 / kLookaheadBytes), system_clock()};
+}
 /// Concurrent streams of one connection. More wait.
 constexpr int kMaxConnectionStreams = 1'000;
 /// Time for running calls when the server stops.
@@ -61,13 +68,14 @@ std::vector<std::string> registered_methods() {
 struct ApiServer::Parts {
   Parts(Runtime& runtime, const ApiOptions& options)
       : loop(runtime.loop()),
+        shared{.reads = shares_of(options.wire_bytes)},
         workers(std::make_shared<WorkerStreams>(runtime)),
-        access(runtime, threads),
-        scaler(runtime, threads),
-        renders(runtime, threads),
+        access(runtime, shared),
+        scaler(runtime, shared),
+        renders(runtime, shared),
         readiness(std::make_shared<Readiness>(options.on_ready)) {}
   FarmLoop& loop;
-  CallThreads threads;
+  CallResources shared;
   const std::shared_ptr<WorkerStreams> workers;
   UnaryCalls<v1::AccessService> access;
   ScalerServiceImpl scaler;
@@ -101,6 +109,8 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   builder.SetResourceQuota(grpc::ResourceQuota("lightmill").Resize(options.wire_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxConnectionStreams);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLookaheadBytes);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   // gRPC's own threads serve only reflection.
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);

@@ -45,19 +45,26 @@ class NoReflection final : public grpc::ServerBuilderOption {
 
 }  // namespace
 
-Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
-                   const CallSubject& about) {
+Caller caller_of(const AccessControl& access, const grpc::ServerContextBase& context) {
   const Credentials credentials = credentials_of(context);
-  Result<Identity> caller = access.identify(credentials);
-  const bool lasts = rpc == kWork || stream_kind(rpc);
-  if (caller.ok()) {
-    // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a
-    // short call.
-    if (const Status met = access.set_caller(credentials.peer, *caller); !met.ok() && lasts) {
-      caller = met;
-    }
+  Caller caller{access.identify(credentials), credentials.peer};
+  if (caller.identity.ok()) {
+    caller.connection = access.set_caller(caller.peer, *caller.identity);
   }
-  Result<Call> call = access.admit(caller, credentials.peer, rpc, about);
+  return caller;
+}
+
+Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc) {
+  return admit(access, caller_of(access, context), context, rpc);
+}
+
+Result<Call> admit(const AccessControl& access, const Caller& caller, const grpc::ServerContextBase& context,
+                   const Rpc& rpc, const CallSubject& about) {
+  // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a short
+  // call.
+  const bool lasts = rpc == kWork || stream_kind(rpc);
+  Result<Call> call =
+      access.admit(lasts && !caller.connection.ok() ? caller.connection : caller.identity, caller.peer, rpc, about);
   if (call.ok() && call->slot != nullptr) {
     call->slot->on_evict([&context] { context.TryCancel(); });
   }

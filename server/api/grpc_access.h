@@ -13,9 +13,20 @@
 
 namespace lightmill {
 
-/// Every RPC calls it first, with its subject. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
-                   const CallSubject& about = {});
+/// Who calls, by the call's headers and connection.
+struct Caller {
+  Result<Identity> identity = Identity{};
+  std::string peer;                 ///< ADDRESS:PORT
+  Status connection = ok_status();  ///< whether the caller may have one more connection
+};
+/// The first step of every call.
+Caller caller_of(const AccessControl& access, const grpc::ServerContextBase& context);
+
+/// The next step, with the call's subject. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+Result<Call> admit(const AccessControl& access, const Caller& caller, const grpc::ServerContextBase& context,
+                   const Rpc& rpc, const CallSubject& about = {});
+/// Both steps.
+Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc);
 
 /// Encrypted if a certificate is given. Its files are checked every few seconds. New connections use renewed ones.
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);

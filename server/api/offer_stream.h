@@ -2,12 +2,10 @@
 // sent.
 #pragma once
 
-#include <grpcpp/support/server_callback.h>
-
 #include <memory>
 
 #include "common/base/mutex.h"
-#include "server/api/grpc_status.h"
+#include "server/api/request_call.h"
 #include "server/api/watch_registry.h"
 #include "server/runtime/farm_loop.h"
 #include "server/runtime/runtime.h"
@@ -16,26 +14,32 @@ namespace lightmill {
 
 /// `Sink` is the farm thread's interface to it: WatchSink or DemandSink. The farm thread calls its methods, the thread
 /// that stops the server calls close(), and gRPC's threads call the On… methods.
-template <class Response, class Sink>
-class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, public ClosableWatch {
+template <class Request, class Response, class Sink>
+class OfferStream : public RequestCall<Request, Response>, public Sink, public ClosableWatch {
  public:
   OfferStream(Runtime& runtime, Call call, std::shared_ptr<WatchRegistry> registry)
       : loop_(runtime.loop()), access_(runtime.access()), call_(std::move(call)), registry_(std::move(registry)) {}
 
-  /// Serves the stream, or ends it. `begin` runs on the farm thread.
-  static grpc::ServerWriteReactor<Response>* start(const std::shared_ptr<OfferStream>& stream, FarmLoop::Task begin) {
+  /// Reads the request, and serves the stream or ends it.
+  static OfferStream* start(const std::shared_ptr<OfferStream>& stream, RequestReads& reads) {
     // The registry owns every stream until OnDone(), even if add() fails.
-    Status status = stream->registry_->add(stream.get(), stream);
-    if (status.ok() && !stream->loop_.post(std::move(begin))) {
-      status = busy();
-    }
-    if (!status.ok()) {
+    if (const Status status = stream->registry_->add(stream.get(), stream); status.ok()) {
+      stream->call_.slot->set_stalled();
+      stream->read_request(reads, holder_of(stream->call_.caller, stream->call_.peer));
+    } else {
       stream->fail(status);
     }
     return stream.get();
   }
 
-  bool closed() const override {
+  /// Also ends the stream if the caller's credentials have expired, or were revoked.
+  bool closed() override {
+    if (const Time now = system_clock().now(); now >= next_check_) {
+      next_check_ = now + kCheckInterval;
+      if (const Status holds = access_.check_still_holds(call_.caller); !holds.ok()) {
+        fail(holds);
+      }
+    }
     const MutexLock lock(mutex_);
     return ending_;
   }
@@ -43,11 +47,14 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
     const MutexLock lock(mutex_);
     return !writing_ && !ending_;
   }
-  void fail(const Status& status) {  // also implements WatchSink::fail()
+  void fail(const Status& status) override {  // of RequestCall, and of WatchSink
     const MutexLock lock(mutex_);
     end(to_grpc(status));
   }
-  void close() override { fail(unavailable("the coordinator stops")); }
+  void close() override {
+    this->stop_reading();
+    fail(unavailable("the coordinator stops"));
+  }
 
   void OnWriteDone(bool ok) override {
     call_.slot->set_active();
@@ -59,13 +66,13 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
         return;
       }
       if (!ok || last_) {
-        end(ok ? grpc::Status::OK : to_grpc(client_left()));
+        end(ok ? grpc::Status::OK : to_grpc(left()));
         return;
       }
     }
     loop_.wake();
   }
-  void OnCancel() override { fail(client_left()); }
+  void client_left() override { fail(left()); }
   void OnDone() override {
     call_.slot->call_ended();
     loop_.wake();             // the hub drops closed streams
@@ -73,6 +80,16 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   }
 
  protected:
+  /// Serves the stream from now on. `begin` runs on the farm thread.
+  void serve(FarmLoop::Task begin) {
+    call_.slot->set_active();
+    if (!loop_.post(std::move(begin))) {
+      fail(busy());
+    }
+  }
+  const Call& call() const { return call_; }
+  const AccessControl& access() const { return access_; }
+
   /// Writes a message, unless the stream ends or the caller's credentials have expired. Ends the stream after the last
   /// one.
   bool write(Response response, bool last) {
@@ -93,7 +110,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   }
 
  private:
-  static Status client_left() { return make_error(StatusCode::kCancelled, "the client left"); }
+  static Status left() { return make_error(StatusCode::kCancelled, "the client left"); }
   void end(const grpc::Status& status) LM_REQUIRES(mutex_) {
     if (ending_) {
       return;
@@ -106,10 +123,13 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
     }
   }
 
+  static constexpr Duration kCheckInterval = std::chrono::seconds(1);
+
   FarmLoop& loop_;
   const AccessControl& access_;
   const Call call_;
   const std::shared_ptr<WatchRegistry> registry_;
+  Time next_check_{};  ///< used on the farm thread
   mutable Mutex mutex_;
   Response response_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
   bool writing_ LM_GUARDED_BY(mutex_) = false;

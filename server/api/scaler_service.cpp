@@ -7,9 +7,12 @@
 namespace lightmill {
 namespace {
 
+using externalscaler::ExternalScaler;
 using externalscaler::IsActiveResponse;
+using externalscaler::ScaledObjectRef;
 
-class ActiveStream final : public OfferStream<IsActiveResponse, DemandSink> {
+class ActiveStream final : public OfferStream<ScaledObjectRef, IsActiveResponse, DemandSink>,
+                           public std::enable_shared_from_this<ActiveStream> {
  public:
   using OfferStream::OfferStream;
   void offer(bool active) override {
@@ -17,18 +20,28 @@ class ActiveStream final : public OfferStream<IsActiveResponse, DemandSink> {
     response.set_result(active);
     write(std::move(response), false);
   }
+
+ private:
+  void request_read() override {
+    serve([stream = shared_from_this()](FarmLoop::TaskContext& context) { context.demand.add(stream); });
+  }
 };
 
 }  // namespace
 
-grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(grpc::CallbackServerContext* rpc_context,
-                                                                              const externalscaler::ScaledObjectRef*) {
-  Result<Call> call = admit(runtime_.access(), *rpc_context, kStreamIsActive);
-  if (!call.ok()) {
-    return new RejectedStream<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
-  }
-  const auto stream = std::make_shared<ActiveStream>(runtime_, *std::move(call), streams_);
-  return ActiveStream::start(stream, [stream](FarmLoop::TaskContext& context) { context.demand.add(stream); });
+ScalerServiceImpl::ScalerServiceImpl(Runtime& runtime, CallResources& shared) : UnaryCalls(runtime, shared) {
+  MarkMethodStreamed(
+      method_index(ExternalScaler::service_full_name(), "StreamIsActive"),
+      new RequestCallHandler<ScaledObjectRef, IsActiveResponse>(
+          [this, &runtime, &shared](
+              grpc::CallbackServerContext* context) -> grpc::ServerBidiReactor<ScaledObjectRef, IsActiveResponse>* {
+            Result<Call> call = admit(runtime.access(), *context, kStreamIsActive);
+            if (!call.ok()) {
+              return new RejectedStream<grpc::ServerBidiReactor<ScaledObjectRef, IsActiveResponse>>(call.status());
+            }
+            return ActiveStream::start(std::make_shared<ActiveStream>(runtime, *std::move(call), streams_),
+                                       shared.reads);
+          }));
 }
 
 }  // namespace lightmill

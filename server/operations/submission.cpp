@@ -46,7 +46,7 @@ MeshSource small_meshes(const AssetStore& assets) {
 /// Replaces `auto` in the settings by a method, or names the candidates of a pilot. For an adaptive job, a single
 /// candidate too gets a pilot, which allocates samples. The notes have the reasons, and the light of the scene that the
 /// method misses. `assets` has the assets of the scene; reads small meshes of them. INVALID_ARGUMENT if the scene is
-/// damaged and the choice needs it. Else the worker that reads the scene reports the damage.
+/// damaged. A scene for another renderer version may only look so: its worker reads it, unless the choice needs it.
 Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
   RenderSettings& settings = spec.settings;
   const Result<MethodSpec> asked = parse_method(settings.method);
@@ -57,8 +57,8 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
   notes.chosen = asked->name == kAutoMethod;
   const Result<Scene> scene = unpack_scene(*settings.scene);
   if (!scene.ok()) {
-    return notes.chosen || spec.goal.adaptive ? Result<MethodNotes>(with_context(scene.status(), "settings.scene"))
-                                              : std::move(notes);
+    const bool needed = notes.chosen || spec.goal.adaptive || settings.renderer_version == kRendererVersion;
+    return needed ? Result<MethodNotes>(with_context(scene.status(), "settings.scene")) : std::move(notes);
   }
   const SceneFacts facts = read_facts(*scene, small_meshes(assets));
   MethodPlan plan = plan_method(facts, settings.method);

@@ -14,7 +14,8 @@ namespace lightmill {
 class DemandSink {
  public:
   virtual ~DemandSink() = default;
-  virtual bool closed() const = 0;
+  /// Whether the stream has ended. Asked at least once a second.
+  virtual bool closed() = 0;
   /// Whether the last answer was sent, so that another can be offered.
   virtual bool writable() const = 0;
   virtual void offer(bool active) = 0;

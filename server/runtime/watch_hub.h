@@ -34,7 +34,8 @@ struct WatchUpdate {
 class WatchSink {
  public:
   virtual ~WatchSink() = default;
-  virtual bool closed() const = 0;
+  /// Whether the stream has ended. Asked at least once a second.
+  virtual bool closed() = 0;
   /// Whether the last update was sent, so that another can be offered.
   virtual bool writable() const = 0;
   virtual void offer(const WatchUpdate& update) = 0;

@@ -8,7 +8,7 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
   Sink(std::weak_ptr<JobFeed> feed, FarmLoop& loop, OnWebThread on_web_thread)
       : feed_(std::move(feed)), loop_(loop), on_web_thread_(std::move(on_web_thread)) {}
 
-  bool closed() const override { return closed_; }
+  bool closed() override { return closed_; }
   bool writable() const override { return !busy_ && !closed_; }
   void offer(const WatchUpdate& update) override {
     busy_ = true;

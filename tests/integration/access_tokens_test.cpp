@@ -243,13 +243,32 @@ TEST(TokenAccess, AScalerWithARevokedTokenIsDisconnected) {
   externalscaler::IsActiveResponse heard;
   ASSERT_TRUE(stream->Read(&heard));
   revoke(root, token);
+  EXPECT_FALSE(stream->Read(&heard)) << "nothing else happens";
+  EXPECT_EQ(stream->Finish().error_code(), StatusCode::UNAUTHENTICATED);
+}
+
+TEST(TokenAccess, AWatchWithARevokedTokenEndsWithoutAChangeOfTheJob) {
+  SecureFarm secure;
+  const auto root = secure.channel(secure.person("root", {Role::admin}));
   grpc::ClientContext submitting;
   upload_assets(root);
   v1::SubmitJobRequest submit;
   to_wire(job_of(Picture(), "one"), &submit);
   v1::Job job;
   ASSERT_TRUE(v1::RenderService::NewStub(root)->SubmitJob(&submitting, submit, &job).ok());
-  EXPECT_FALSE(stream->Read(&heard)) << "that there is a job now";
+  const std::string token = token_for(root, "viewer", {Role::view});
+  grpc::ClientContext context;
+  context.AddMetadata("authorization", "Bearer " + token);
+  context.set_deadline(std::chrono::system_clock::now() + kTimeout);
+  v1::WatchJobRequest watch;
+  watch.set_id(job.id());
+  const auto stub = v1::RenderService::NewStub(secure.channel(std::nullopt));
+  const auto stream = stub->WatchJob(&context, watch);
+  v1::WatchJobResponse update;
+  ASSERT_TRUE(stream->Read(&update));
+  revoke(root, token);
+  while (stream->Read(&update)) {
+  }
   EXPECT_EQ(stream->Finish().error_code(), StatusCode::UNAUTHENTICATED);
 }
 

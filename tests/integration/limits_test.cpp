@@ -2,8 +2,15 @@
 // callers are not affected.
 #include <gtest/gtest.h>
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <csignal>
 
+#include "common/base/address.h"
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
 
@@ -75,6 +82,157 @@ TEST(Limits, StreamsOfOneCallerAreLimited) {
   })) << "its slot is free after its end";
   second.context.TryCancel();
   (void)second.reader->Finish();
+}
+
+/// Calls of ListJobs over one connection. Each announces a request of 19 MiB, and sends all of it but the last byte, as
+/// far as the server takes it (RFC 9113).
+class UnfinishedRequests {
+ public:
+  static constexpr std::size_t kRequestBytes = std::size_t{19} << 20;
+
+  UnfinishedRequests(int port, std::uint32_t count) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{
+        .sin_family = AF_INET, .sin_port = htons(static_cast<std::uint16_t>(port)), .sin_addr = {}, .sin_zero = {}};
+    ::inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+    sockaddr_in own{.sin_family = AF_INET, .sin_port = 0, .sin_addr = {}, .sin_zero = {}};
+    ::inet_pton(AF_INET, "127.0.0.2", &own.sin_addr);  // without authentication, callers are told apart by addresses
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
+    EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    send_all("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(kSettings, 0, 0, ""));
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t stream = 2 * i + 1;
+      send_all(frame(kHeaders, 4, stream,
+                     std::string("\x83\x86", 2) + field("\x04", "/lightmill.v1.RenderService/ListJobs") +
+                         field("\x01", "farm") + field("\x0f\x10", "application/grpc") + std::string(1, 0) +
+                         field("\x02te", "trailers")));
+      streams_[stream] = {};
+    }
+  }
+  ~UnfinishedRequests() { ::close(socket_); }
+  UnfinishedRequests(const UnfinishedRequests&) = delete;
+  UnfinishedRequests& operator=(const UnfinishedRequests&) = delete;
+
+  /// Sends what the server takes, until it takes nothing more for `quiet`, or has ended the connection.
+  void send_for(std::chrono::milliseconds quiet) {
+    while (send_more() || read_some(quiet)) {
+    }
+  }
+  std::size_t sent() const { return sent_; }  ///< bytes of requests
+
+ private:
+  enum Type : unsigned char { kData = 0, kHeaders = 1, kReset = 3, kSettings = 4, kPing = 6, kWindowUpdate = 8 };
+  struct Stream {
+    std::int64_t window = 0;  ///< besides the initial window
+    std::size_t sent = 0;
+  };
+
+  static std::string field(const std::string& name, const std::string& value) {
+    return name + static_cast<char>(value.size()) + value;
+  }
+  static std::string number(std::uint32_t value) {
+    const std::uint32_t bytes = htonl(value);
+    return {reinterpret_cast<const char*>(&bytes), 4};
+  }
+  static std::uint32_t number_at(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, bytes.data() + at, 4);
+    return ntohl(value);
+  }
+  static std::string frame(unsigned char type, unsigned char flags, std::uint32_t stream, const std::string& payload) {
+    return number(static_cast<std::uint32_t>(payload.size())).substr(1) + static_cast<char>(type) +
+           static_cast<char>(flags) + number(stream) + payload;
+  }
+  bool send_all(const std::string& bytes) {
+    return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+  }
+  bool send_more() {
+    for (auto& [number_of, stream] : streams_) {
+      const std::int64_t room = std::min(initial_window_ + stream.window, window_);
+      const auto left = static_cast<std::int64_t>(kRequestBytes + 5 - 1 - stream.sent);
+      const auto bytes = static_cast<std::size_t>(std::clamp<std::int64_t>(std::min(room, left), 0, 16384));
+      if (bytes == 0 || (stream.sent == 0 && bytes < 5)) {
+        continue;
+      }
+      std::string payload(bytes, '\0');
+      if (stream.sent == 0) {
+        payload.replace(1, 4, number(kRequestBytes));
+      }
+      if (!send_all(frame(kData, 0, number_of, payload))) {
+        return false;
+      }
+      stream.sent += bytes;
+      stream.window -= static_cast<std::int64_t>(bytes);
+      window_ -= static_cast<std::int64_t>(bytes);
+      sent_ += bytes;
+      return true;
+    }
+    return false;
+  }
+  bool read_some(std::chrono::milliseconds quiet) {
+    pollfd readable{socket_, POLLIN, 0};
+    if (::poll(&readable, 1, static_cast<int>(quiet.count())) != 1) {
+      return false;
+    }
+    std::array<char, 65536> bytes{};
+    const ssize_t got = ::recv(socket_, bytes.data(), bytes.size(), 0);
+    if (got <= 0) {
+      return false;
+    }
+    received_.append(bytes.data(), static_cast<std::size_t>(got));
+    while (received_.size() >= 9) {
+      const std::size_t length = number_at(std::string(1, 0) + received_.substr(0, 3), 0);
+      if (received_.size() < 9 + length) {
+        break;
+      }
+      take(static_cast<unsigned char>(received_[3]), static_cast<unsigned char>(received_[4]), number_at(received_, 5),
+           received_.substr(9, length));
+      received_.erase(0, 9 + length);
+    }
+    return true;
+  }
+  void take(unsigned char type, unsigned char flags, std::uint32_t stream, const std::string& payload) {
+    if (type == kWindowUpdate) {
+      const auto more = static_cast<std::int64_t>(number_at(payload, 0));
+      if (stream == 0) {
+        window_ += more;
+      } else if (const auto found = streams_.find(stream); found != streams_.end()) {
+        found->second.window += more;
+      }
+    } else if (type == kPing && (flags & 1) == 0) {
+      send_all(frame(kPing, 1, 0, payload));
+    } else if (type == kSettings && (flags & 1) == 0) {
+      constexpr int kInitialWindow = 4;
+      for (std::size_t at = 0; at + 6 <= payload.size(); at += 6) {
+        if (payload[at + 1] == kInitialWindow) {
+          initial_window_ = number_at(payload, at + 2);
+        }
+      }
+      send_all(frame(kSettings, 1, 0, ""));
+    } else if (type == kReset || (type == kHeaders && (flags & 1) != 0)) {
+      streams_.erase(stream);
+    }
+  }
+
+  const int socket_;
+  std::string received_;
+  std::map<std::uint32_t, Stream> streams_;
+  std::int64_t window_ = 65535, initial_window_ = 65535;
+  std::size_t sent_ = 0;
+};
+
+TEST(Limits, UnfinishedRequestsOfOneCallerTakeLittleMemory) {
+  Farm farm({"--wire-gib", "0.25"});
+  farm.add_worker(1, "worker");
+  ASSERT_TRUE(eventually([&] { return farm.met("worker"); }));
+  UnfinishedRequests requests(parse_host_port(farm.address())->port, 100);
+  requests.send_for(std::chrono::seconds(2));
+  // Six requests are read at a time, three of one caller. The other streams have 1 MiB each.
+  EXPECT_GT(requests.sent(), 2 * UnfinishedRequests::kRequestBytes) << "some are read";
+  EXPECT_LT(requests.sent(), 10 * UnfinishedRequests::kRequestBytes) << "most are not";
+  FarmClient client = farm.client();
+  const grpc::Status listed = list(client.stub());
+  EXPECT_TRUE(listed.ok()) << listed.error_message();
+  EXPECT_FALSE(farm.missed("worker"));
 }
 
 TEST(Limits, AWorkerJoinsAFullFarmWhenAnotherLeaves) {

@@ -8,7 +8,7 @@ namespace {
 /// A listener that records each state.
 class DemandRecorder final : public DemandSink {
  public:
-  bool closed() const override { return is_closed; }
+  bool closed() override { return is_closed; }
   bool writable() const override { return !is_busy; }
   void offer(bool active) override { sent.push_back(active); }
 

@@ -8,7 +8,7 @@ namespace {
 /// A watcher's stream that keeps its messages, and reads as slowly as the test wants.
 class Inbox final : public WatchSink {
  public:
-  bool closed() const override { return closed_; }
+  bool closed() override { return closed_; }
   bool writable() const override { return !busy && !closed_; }
   void offer(const WatchUpdate& update) override {
     EXPECT_TRUE(writable());
