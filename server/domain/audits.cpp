@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include "common/base/check.h"
+#include "common/base/number_text.h"
 #include "server/domain/eligibility.h"
 
 namespace lightmill {
@@ -226,6 +227,23 @@ std::string Audits::reason_for_dispute(const Job& job) const {
                      "waits for a worker of another identity{}: {} differ between {}, so that one of them is wrong",
                      of_class.empty() ? "" : " of class " + of_class,
                      describe_place(job, audit_key.tile, audit_key.range), describe_renderers(entry.claims));
+}
+
+std::string Audits::reason_for_audits(const Job& job) const {
+  const PendingAudits& audits = job.audits();
+  if (!audits.waiting() || audits.out() > 0) {
+    return "";
+  }
+  std::vector<Renderer> connected;
+  for (const auto& [name, worker] : workers_.all()) {
+    if (worker.session() && worker.stays() && may_render(worker, job)) {
+      connected.push_back(renderer_of(worker, job));
+    }
+  }
+  return audits.possible_for(connected)
+             ? ""
+             : fmt::format("waits up to {:.0f} s for a worker of another identity, which audits {}",
+                           to_seconds(limits_.auditor_timeout), counted(audits.unaudited(), "result"));
 }
 
 }  // namespace lightmill

@@ -55,6 +55,8 @@ class Audits {
   bool any_may_render(const Job& job, Time now) const;
   /// The samples on which two identities differ while no third one is connected. Empty if there are none.
   std::string reason_for_dispute(const Job& job) const;
+  /// The results that no connected worker may audit. Empty if there are none, or an audit is under way.
+  std::string reason_for_audits(const Job& job) const;
 
  private:
   /// Size of the result in parts of its job (kPartsOfAJob), at least 1. The job's size is its goal, or twice its

@@ -31,6 +31,7 @@ enum class WaitReason {
   storage,        ///< nothing can be stored, or the disk is full
   missing_file,   ///< an asset was lost
   dispute,        ///< two identities differ, and no third is connected
+  audit,          ///< it has its samples, and no identity that may audit them is connected
   silent_worker,  ///< its workers have brought no result for long
   quarantine,     ///< the workers that may render it are in quarantine or leave
   leaving,        ///< they leave
@@ -39,9 +40,9 @@ enum class WaitReason {
   other_kind,     ///< no worker has its renderer version and fingerprint class
   no_worker,      ///< none is connected
 };
-inline constexpr std::array<std::string_view, 10> kWaitReasonNames{
-    "storage", "missing_file", "dispute",       "silent_worker", "quarantine",
-    "leaving", "refused",      "larger_worker", "other_kind",    "no_worker"};
+inline constexpr std::array<std::string_view, 11> kWaitReasonNames{
+    "storage", "missing_file", "dispute",       "audit",      "silent_worker", "quarantine",
+    "leaving", "refused",      "larger_worker", "other_kind", "no_worker"};
 
 /// State of the farm at one moment.
 struct FarmGauges {

@@ -32,6 +32,11 @@ std::string wait_for_lost(const Sha256& asset) {
                      asset.hex().substr(0, 12));
 }
 
+/// Whether it needs no more samples. The plan's goal stays where it is while audits are open.
+bool has_its_samples(const Job& job) {
+  return job.plan().closed() || job.outline().frame_samples() >= job.plan().goal();
+}
+
 /// Why no connected worker may render the job. Reasons that an operator can change come first.
 Wait why_none_may(const Job& job, const WorkerKinds::ByKind& kinds) {
   SomeWorkers in_quarantine, leaving, too_small, of_others;
@@ -137,6 +142,11 @@ Wait WaitReasons::of(const Job& job, Time now, WorkerKinds& kinds) const {
   }
   if (!job.leases().empty()) {
     return {WaitReason::silent_worker, reason_of_standstill(job, now)};
+  }
+  if (has_its_samples(job)) {
+    if (std::string audits = audits_.reason_for_audits(job); !audits.empty()) {
+      return {WaitReason::audit, std::move(audits)};
+    }
   }
   if (!kinds.any_may_render(job)) {
     return why_none_may(job, kinds.get());

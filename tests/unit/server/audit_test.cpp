@@ -68,6 +68,8 @@ TEST_F(AuditTest, AnAuditWaitsForARecentMachine) {
   const SessionId a = connect_on("m1", "a");
   answer(a);
   EXPECT_EQ(status(job).state, JobState::running);
+  EXPECT_EQ(status(job).reason, "waits up to 45 s for a worker of another identity, which audits 1 result");
+  EXPECT_EQ(coordinator->gauges(now).waits[static_cast<std::size_t>(WaitReason::audit)], 1u);
   ASSERT_TRUE(coordinator->next_deadline());
   pass(limits.auditor_timeout / 2);
   EXPECT_EQ(status(job).state, JobState::running);
