@@ -11,17 +11,23 @@ namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
 
-Result<RgbImage> rgb_of_exr(ByteView bytes) {
+Result<FramedPicture> framed_exr(ByteView bytes) {
   LM_ASSIGN_OR_RETURN(const Image image, decode_exr(bytes));
-  RgbImage rgb{image.data.width, image.data.height, {}};
+  FramedPicture picture{{image.data.width, image.data.height, {}}, image.display, image.data};
   for (const char* name : {"R", "G", "B"}) {
     const std::vector<float>* values = image.floats(name);
     if (values == nullptr) {
       return invalid_argument("the file has no channel {}", name);
     }
-    rgb.values.insert(rgb.values.end(), values->begin(), values->end());
+    picture.rgb.values.insert(picture.rgb.values.end(), values->begin(), values->end());
   }
-  return rgb;
+  return picture;
+}
+
+Result<FramedPicture> framed_png(ByteView bytes) {
+  LM_ASSIGN_OR_RETURN(RgbImage rgb, decode_png(bytes));
+  const ImageWindow frame{0, 0, rgb.width, rgb.height};
+  return FramedPicture{std::move(rgb), frame, frame};
 }
 
 }  // namespace
@@ -47,11 +53,39 @@ Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat for
   return encode_png(frame.width, frame.height, to_srgb8(frame, view));
 }
 
-Result<RgbImage> load_rgb(const fs::path& path) {
+Result<FramedPicture> load_framed(const fs::path& path) {
   LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
   LM_ASSIGN_OR_RETURN(const std::string bytes, read_file(path));
-  return with_context(format == PictureFormat::exr ? rgb_of_exr(as_byte_view(bytes)) : decode_png(as_byte_view(bytes)),
+  return with_context(format == PictureFormat::exr ? framed_exr(as_byte_view(bytes)) : framed_png(as_byte_view(bytes)),
                       path.string());
+}
+
+Result<RgbImage> load_rgb(const fs::path& path) {
+  LM_ASSIGN_OR_RETURN(FramedPicture picture, load_framed(path));
+  return std::move(picture.rgb);
+}
+
+bool cut_to(const ImageWindow& crop, const ImageWindow& frame, FramedPicture& whole) {
+  const ImageWindow& from = whole.data;
+  const bool inside = crop.x >= from.x && crop.y >= from.y && crop.x + crop.width <= from.x + from.width &&
+                      crop.y + crop.height <= from.y + from.height;
+  if (whole.display != frame || from == crop || !inside) {
+    return false;
+  }
+  RgbImage part{crop.width, crop.height, {}};
+  part.values.reserve(3 * part.pixels());
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (int y = 0; y < crop.height; ++y) {
+      const auto row =
+          whole.rgb.values.begin() + static_cast<std::ptrdiff_t>(channel * whole.rgb.pixels() +
+                                                                 static_cast<std::size_t>(crop.y - from.y + y) *
+                                                                     static_cast<std::size_t>(from.width) +
+                                                                 static_cast<std::size_t>(crop.x - from.x));
+      part.values.insert(part.values.end(), row, row + crop.width);
+    }
+  }
+  whole = {std::move(part), frame, crop};
+  return true;
 }
 
 Result<FilmPicture> load_film_picture(const fs::path& path) {

@@ -21,8 +21,18 @@ Result<PictureFormat> picture_format(const std::filesystem::path& path);
 Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat format, const ViewSettings& view,
                                    std::string_view png_layer = "");
 
+/// A picture and its place in the frame that it may be a crop of. PNG files are whole frames.
+struct FramedPicture {
+  RgbImage rgb;
+  ImageWindow display, data;
+};
 /// Linear RGB of an EXR's `R G B` (its data window) or of a PNG. Errors name the path.
+Result<FramedPicture> load_framed(const std::filesystem::path& path);
 Result<RgbImage> load_rgb(const std::filesystem::path& path);
+
+/// Cuts `whole` to the window of `crop`. Does nothing unless both have the same frame, and the window is a part of it
+/// that `whole` has. Returns whether it was cut.
+bool cut_to(const ImageWindow& crop, const ImageWindow& frame, FramedPicture& whole);
 
 /// A film picture with its receipt from an EXR that Lightmill wrote. Errors name the path.
 Result<FilmPicture> load_film_picture(const std::filesystem::path& path);

@@ -12,7 +12,9 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr const char* kErrorFooter = "Reads EXR and PNG files. `lightmill help measures` explains the numbers.";
+constexpr const char* kErrorFooter =
+    "Reads EXR and PNG files. A crop in an EXR file is compared with its part of a reference of the whole frame. "
+    "`lightmill help measures` explains the numbers.";
 
 struct ErrorOptions {
   std::string image, reference;
@@ -20,16 +22,20 @@ struct ErrorOptions {
 
 struct Comparison {
   PictureError error;
+  std::optional<ImageWindow> part;  ///< of the reference; none: all of it
   double flip = 0, flip_hdr = 0;
 };
 
 Result<Comparison> compare_files(const ErrorOptions& options) {
-  LM_ASSIGN_OR_RETURN(const RgbImage image, load_rgb(options.image));
-  LM_ASSIGN_OR_RETURN(const RgbImage reference, load_rgb(options.reference));
+  LM_ASSIGN_OR_RETURN(const FramedPicture image, load_framed(options.image));
+  LM_ASSIGN_OR_RETURN(FramedPicture reference, load_framed(options.reference));
   Comparison comparison;
-  LM_ASSIGN_OR_RETURN(comparison.error, compare_pictures(image, reference));
-  LM_ASSIGN_OR_RETURN(const std::vector<float> shown, flip_map(image, reference));
-  LM_ASSIGN_OR_RETURN(const std::vector<float> exposed, hdr_flip_map(image, reference));
+  if (cut_to(image.data, image.display, reference)) {
+    comparison.part = image.data;
+  }
+  LM_ASSIGN_OR_RETURN(comparison.error, compare_pictures(image.rgb, reference.rgb));
+  LM_ASSIGN_OR_RETURN(const std::vector<float> shown, flip_map(image.rgb, reference.rgb));
+  LM_ASSIGN_OR_RETURN(const std::vector<float> exposed, hdr_flip_map(image.rgb, reference.rgb));
   comparison.flip = mean_flip(shown);
   comparison.flip_hdr = mean_flip(exposed);
   return comparison;
@@ -48,6 +54,11 @@ Result<ExitCode> show_error(const Console& console, const ErrorOptions& options)
     const std::string& png = is_png(options.image) ? options.image : options.reference;
     console.notices(
         std::vector{fmt::format("{} has no values above white: where the other picture has some, they differ", png)});
+  }
+  if (const std::optional<ImageWindow>& part = comparison->part) {
+    console.notices(
+        std::vector{fmt::format("{} is a crop: it is compared with this part of the reference, {}x{} at {},{}",
+                                options.image, part->width, part->height, part->x, part->y)});
   }
   const PictureError* const error = &comparison->error;
   console.object(nlohmann::json{{"image", options.image},

@@ -70,6 +70,13 @@ TEST_F(SharedFarmTest, ACropHasTheBitsOfTheWhole) {
   const Result<RgbImage> png = load_rgb(file("crop.png"));
   ASSERT_TRUE(png.ok());
   EXPECT_EQ(png->width, 33);
+  const CommandResult compared = lightmill({"error", file("crop.exr"), file("whole.exr")});
+  EXPECT_NE(compared.out.find("the pictures are equal"), std::string::npos) << compared.out;
+  EXPECT_NE(compared.err.find("compared with this part of the reference, 33x40 at 50,30"), std::string::npos)
+      << compared.err;
+  const CommandResult refused = lightmill({"error", file("whole.exr"), file("crop.exr")});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("must have the same size"), std::string::npos) << refused.err;
 }
 
 TEST_F(SharedFarmTest, ErrorIsZeroAgainstItselfAndFallsWithSamples) {
