@@ -103,17 +103,19 @@ void explain_layers(const Console& console) {
 }
 
 void explain_denoise(const Console& console) {
-  print_text(console,
-             "--denoise reconstructs a picture with less noise. It fits simple models of the surfaces to the samples "
-             "around each pixel. It helps most at few samples per pixel. It blurs what the models miss, "
-             "such as caustics, reflections and fine shadows.\n\n"
-             "`render --denoise` and `submit --denoise` add the layer \"features\" to the job. `render`, `fetch` and "
-             "`watch` with --denoise write the reconstructed picture to PNG files. In EXR files it is Denoised.R/G/B, "
-             "beside the raw picture. The film on the farm stays as it is.\n\n"
-             "The stated error is that of the raw picture. The error of the denoised picture is not known.\n\n"
-             "  lightmill render scene.json --spp 16 --denoise\n"
-             "  lightmill submit scene.json --denoise\n"
-             "  lightmill fetch 5 --denoise -o picture.png");
+  print_text(
+      console,
+      "--denoise reconstructs a picture with less noise. It fits simple models of the surfaces to the samples "
+      "around each pixel. It helps most at few samples per pixel. It blurs what the models miss, "
+      "such as caustics, reflections and fine shadows.\n\n"
+      "`render --denoise` and `submit --denoise` add the layer \"features\" to the job. `render`, `fetch` and "
+      "`watch` with --denoise write the reconstructed picture to PNG files. In EXR files it is Denoised.R/G/B, "
+      "beside the raw picture. The page shows the reconstructed picture of such a job while it renders. The film on "
+      "the farm stays as it is.\n\n"
+      "The stated error is that of the raw picture. The error of the denoised picture is not known.\n\n"
+      "  lightmill render scene.json --spp 16 --denoise\n"
+      "  lightmill submit scene.json --denoise\n"
+      "  lightmill fetch 5 --denoise -o picture.png");
 }
 
 void explain_limits(const Console& console) {

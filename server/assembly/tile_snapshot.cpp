@@ -13,16 +13,6 @@ constexpr float kMaxHalf = 65504;
 /// Rec. 709, as sRGB has it.
 constexpr std::array<float, kBeautyChannels> kLuminance{0.2126f, 0.7152f, 0.0722f};
 
-std::string half_bytes(const std::vector<float>& values) {
-  std::string bytes(values.size() * 2, '\0');
-  const __m128 most = _mm_set1_ps(kMaxHalf);
-  for (std::size_t i = 0; i < values.size(); i += 4) {
-    const __m128 clamped = _mm_max_ps(_mm_min_ps(_mm_loadu_ps(&values[i]), most), _mm_sub_ps(_mm_setzero_ps(), most));
-    _mm_storel_epi64(reinterpret_cast<__m128i*>(&bytes[2 * i]), _mm_cvtps_ph(clamped, _MM_FROUND_TO_NEAREST_INT));
-  }
-  return bytes;
-}
-
 /// Channel of the layer for R, G or B.
 std::size_t channel_of(const LayerSlice& layer, std::size_t color) {
   return std::min<std::size_t>(color, layer.channels - 1);
@@ -70,6 +60,16 @@ std::string first_pixels(const TileSnapshot& tile, const LayerSlice& layer) {
 }
 
 }  // namespace
+
+std::string half_bytes(const std::vector<float>& values) {
+  std::string bytes(values.size() * 2, '\0');
+  const __m128 most = _mm_set1_ps(kMaxHalf);
+  for (std::size_t i = 0; i < values.size(); i += 4) {
+    const __m128 clamped = _mm_max_ps(_mm_min_ps(_mm_loadu_ps(&values[i]), most), _mm_sub_ps(_mm_setzero_ps(), most));
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(&bytes[2 * i]), _mm_cvtps_ph(clamped, _MM_FROUND_TO_NEAREST_INT));
+  }
+  return bytes;
+}
 
 TileSnapshot snapshot(const Film& film, TileId tile) {
   return {film.grid().tile_rect(tile), film.layout(), film.samples(tile), film.half_counts(tile).a, film.forest(tile)};

@@ -1,5 +1,7 @@
 #include "server/web/job_feed.h"
 
+#include "common/film/reconstruct.h"
+
 namespace lightmill {
 
 /// Takes one update at a time. The farm keeps only the newest one until the web thread has encoded the last one.
@@ -46,12 +48,13 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
 };
 
 JobFeed::JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
-                 std::shared_ptr<TileBudget> tile_budget, std::function<void()> on_change)
+                 std::shared_ptr<TileBudget> tile_budget, LiveDenoiser& denoiser, std::function<void()> on_change)
     : job_(job),
       layer_(std::move(layer)),
       loop_(loop),
       on_web_thread_(std::move(on_web_thread)),
       tile_budget_(std::move(tile_budget)),
+      denoiser_(denoiser),
       on_change_(std::move(on_change)) {}
 
 JobFeed::~JobFeed() {
@@ -70,7 +73,8 @@ void JobFeed::watch() {
   sink_ = std::make_shared<Sink>(weak_from_this(), loop_, on_web_thread_);
   ended_ = false;
   with_tiles_ = picture_failure_.ok() || fits();
-  if (!loop_.post([job = job_, with_tiles = with_tiles_, sink = sink_](FarmLoop::TaskContext& context) {
+  const bool sends_tiles = with_tiles_ && layer_ != kDenoisedLayer;
+  if (!loop_.post([job = job_, with_tiles = sends_tiles, sink = sink_](FarmLoop::TaskContext& context) {
         context.watchers.add(job, with_tiles, sink);
       })) {
     failure_ = resource_exhausted("the farm has too much to do at once: trying again");
@@ -87,10 +91,13 @@ void JobFeed::take(const WatchUpdate& update) {
     ++state_version_;
   }
   const std::optional<LayerSlice> slice = slice_of_layer(update.job);
-  if (slice && with_tiles_ && make_room(update.job)) {
+  if (slice && layer_ == kDenoisedLayer) {
+    denoise(update.job, *slice);
+  } else if (slice && with_tiles_ && make_room(update.job)) {
     for (const auto& shared : update.tiles) {
       const TileSnapshot& tile = shared->tile;
-      tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, *slice, tile));
+      tiles_.put({tile.rect.y, tile.rect.x},
+                 tile_field(job_, layer_, tile.rect, tile.samples, view_pixels(tile, *slice)));
     }
   }
   on_change_();
@@ -116,10 +123,59 @@ bool JobFeed::make_room(const JobStatus& job) {
   return has_room_;
 }
 
-/// Place of the layer in the film. None if the layer does not exist or has no colours.
+/// The picture's tiles come from the denoiser. While it makes one, updates only note that the film has changed.
+void JobFeed::denoise(const JobStatus& job, const LayerSlice& features) {
+  if (job.spec.settings.crop.pixel_count() > kMaxDenoisedPixels) {
+    picture_failure_ = failed_precondition(
+        "it has {} pixels, and the page denoises {} at most. `lightmill fetch {} --denoise` denoises it",
+        job.spec.settings.crop.pixel_count(), kMaxDenoisedPixels, job_.value);
+    return;
+  }
+  if (!with_tiles_ || !make_room(job)) {
+    return;
+  }
+  features_ = features;
+  denoise_again_ = denoising_;
+  if (!denoising_) {
+    order_denoised();
+  }
+}
+
+void JobFeed::order_denoised() {
+  denoising_ = true;
+  denoiser_.add({job_, features_, denoised_version_, weak_from_this(),
+                 [feed = weak_from_this()](const Result<LiveDenoiser::Picture>& picture) {
+                   if (const auto here = feed.lock(); here != nullptr) {
+                     here->take_denoised(picture);
+                   }
+                 }});
+}
+
+void JobFeed::take_denoised(const Result<LiveDenoiser::Picture>& picture) {
+  denoising_ = false;
+  picture_failure_ = picture.status();
+  if (picture.ok()) {
+    denoised_version_ = picture->film_version;
+    for (const DenoisedTile& tile : picture->tiles) {
+      if (tile.samples > 0) {
+        tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, tile.rect, tile.samples, tile.pixels));
+      }
+    }
+  }
+  if (std::exchange(denoise_again_, false)) {
+    order_denoised();
+  }
+  on_change_();
+}
+
+/// Place of the layer in the film: of `features` for the denoised picture. None if the layer does not exist or has no
+/// colours.
 std::optional<LayerSlice> JobFeed::slice_of_layer(const JobStatus& job) const {
   if (layer_.empty()) {
     return LayerSlice{};
+  }
+  if (layer_ == kDenoisedLayer) {
+    return layer_slice(kFeaturesLayer, job.spec.settings.layers);
   }
   const std::optional<LayerSlice> slice = layer_slice(layer_, job.spec.settings.layers);
   return slice && slice->kind != LayerKind::first_samples ? slice : std::nullopt;

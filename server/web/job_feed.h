@@ -11,12 +11,10 @@
 
 #include "server/runtime/farm_loop.h"
 #include "server/web/change_log.h"
+#include "server/web/live_denoiser.h"
 #include "server/web/live_messages.h"
 
 namespace lightmill {
-
-/// Runs a function on the web thread. Thread-safe.
-using OnWebThread = std::function<void(std::function<void()>)>;
 
 /// Limit for the tiles of all feeds. A picture that exceeds it waits until others are closed.
 struct TileBudget {
@@ -27,15 +25,19 @@ struct TileBudget {
 /// Used on the web thread. It is shared, because functions on the farm thread may end later than the feed.
 class JobFeed : public std::enable_shared_from_this<JobFeed> {
  public:
-  /// `layer`: empty for beauty. A layer that the film does not have gives no tiles. `on_change` runs after each change.
+  /// `layer`: empty for beauty. kDenoisedLayer is made by `denoiser`. A layer that the film does not have gives no
+  /// tiles. `on_change` runs after each change.
   JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
-          std::shared_ptr<TileBudget> tile_budget, std::function<void()> on_change);
+          std::shared_ptr<TileBudget> tile_budget, LiveDenoiser& denoiser, std::function<void()> on_change);
   ~JobFeed();
 
   /// Starts to watch, or starts again. An earlier failure stays until an update arrives.
   void watch();
   /// Whether it or its picture failed, and another attempt may succeed.
-  bool may_retry() const { return !failure_.ok() || (!picture_failure_.ok() && fits()); }
+  bool may_retry() const {
+    const bool too_large = picture_failure_.code() == StatusCode::kFailedPrecondition;
+    return !failure_.ok() || (!picture_failure_.ok() && !too_large && fits());
+  }
 
   const std::string& owner() const { return owner_; }
   const Status& failure() const { return failure_; }  ///< why the job is not watched
@@ -53,6 +55,9 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   void take(const WatchUpdate& update);
   void fail(const Status& why);
   bool make_room(const JobStatus& job);
+  void denoise(const JobStatus& job, const LayerSlice& features);
+  void order_denoised();
+  void take_denoised(const Result<LiveDenoiser::Picture>& picture);
   bool fits() const { return tile_budget_->taken + picture_tiles_ <= tile_budget_->most; }
   std::optional<LayerSlice> slice_of_layer(const JobStatus& job) const;
 
@@ -61,12 +66,16 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   FarmLoop& loop_;
   const OnWebThread on_web_thread_;
   const std::shared_ptr<TileBudget> tile_budget_;
+  LiveDenoiser& denoiser_;
   const std::function<void()> on_change_;
   std::shared_ptr<Sink> sink_;
   std::string owner_, state_;
   Status failure_, picture_failure_;
   std::uint64_t state_version_ = 0;
-  std::size_t picture_tiles_ = 0;  ///< of the whole picture; 0: unknown yet
+  std::size_t picture_tiles_ = 0;       ///< of the whole picture; 0: unknown yet
+  std::uint64_t denoised_version_ = 0;  ///< of the film whose denoised picture is shown
+  LayerSlice features_;
+  bool denoising_ = false, denoise_again_ = false;
   bool ended_ = false, every_tile_has_samples_ = false, with_tiles_ = false, has_room_ = false;
   ChangeLog<std::pair<int, int>> tiles_;
 };

@@ -32,6 +32,7 @@ LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_threa
       clock_(clock),
       on_refused_(std::move(on_refused)),
       page_jobs_(on_web_thread_, clock, std::move(discard)),
+      denoiser_(loop, on_web_thread_),
       tile_budget_(std::make_shared<TileBudget>(TileBudget{picture_bytes / TileBudget::kTileBytes})) {}
 
 void LiveHub::add(ViewerLink& link, Call call, Holds holds) {
@@ -187,7 +188,7 @@ void LiveHub::take(const ListChanges& changes) {
 std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job, const std::string& layer) {
   std::shared_ptr<JobFeed>& feed = feeds_[{job, layer}];
   if (feed == nullptr) {
-    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, tile_budget_, [this, job] {
+    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, tile_budget_, denoiser_, [this, job] {
       for (auto& [link, viewer] : viewers_) {
         if (viewer.request.job == job) {
           serve(*link, viewer);

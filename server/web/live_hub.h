@@ -108,6 +108,7 @@ class LiveHub {
   PageJobs page_jobs_;
   /// Lets functions on other threads notice that the hub is gone.
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
+  LiveDenoiser denoiser_;
   std::map<ViewerLink*, Viewer> viewers_;
   std::map<std::pair<JobId, std::string>, std::shared_ptr<JobFeed>> feeds_;  ///< by job and layer
   const std::shared_ptr<TileBudget> tile_budget_;

@@ -83,12 +83,13 @@ std::string worker_bytes(const WorkerStatus& worker) {
   return wire.SerializeAsString();
 }
 
-std::string tile_field(JobId job, const std::string& layer, const LayerSlice& slice, const TileSnapshot& tile) {
+std::string tile_field(JobId job, const std::string& layer, const PixelRect& rect, std::uint64_t samples,
+                       const std::string& pixels) {
   v1::ViewTile wire;
   wire.set_job(job.value);
-  to_wire(tile.rect, wire.mutable_rect());
-  wire.set_samples(tile.samples);
-  wire.set_rgbe(view_pixels(tile, slice));
+  to_wire(rect, wire.mutable_rect());
+  wire.set_samples(samples);
+  wire.set_rgbe(pixels);
   wire.set_layer(layer);
   std::string bytes;
   append_field(bytes, v1::ViewUpdate::kTilesFieldNumber, wire.SerializeAsString());

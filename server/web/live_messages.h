@@ -9,7 +9,6 @@
 #include "common/base/status.h"
 #include "common/farm/job.h"
 #include "server/access/identity.h"
-#include "server/assembly/tile_snapshot.h"
 #include "server/domain/coordinator.h"
 #include "server/web/change_log.h"
 
@@ -48,8 +47,9 @@ inline constexpr std::uint16_t kNoLongerAllowed = 4401;
 std::string job_bytes(const JobStatus& job, bool whole);
 std::string worker_bytes(const WorkerStatus& worker);
 /// A tile of one layer (empty: beauty) as a field of ViewUpdate, with tag and length. These bytes may follow those of
-/// any ViewUpdate. `slice`: the layer's place in the film.
-std::string tile_field(JobId job, const std::string& layer, const LayerSlice& slice, const TileSnapshot& tile);
+/// any ViewUpdate. `pixels`: as view_pixels gives them.
+std::string tile_field(JobId job, const std::string& layer, const PixelRect& rect, std::uint64_t samples,
+                       const std::string& pixels);
 
 /// Builds the ViewUpdate of one viewer, without tiles.
 class ViewUpdateWriter {

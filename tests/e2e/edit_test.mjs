@@ -27,7 +27,7 @@ after(() => session.close());
 
 const api = async (path) => (await fetch(`${session.farm.page}api/v1/${path}`)).json();
 const jobsThere = async () => (await api('jobs')).jobs;
-const looks = async () => (await jobsThere()).filter((each) => each.name.endsWith('(being edited)'));
+const livePictures = async () => (await jobsThere()).filter((each) => each.name.endsWith('(being edited)'));
 const shownJob = () => /#\/jobs\/(\d+)/.exec(page.url())?.[1];
 const panel = () => page.getByRole('region', {name: 'Edit & render again'});
 const field = (name) => panel().getByLabel(name, {exact: true});
@@ -67,10 +67,10 @@ test('one live picture shows the newest edit', async () => {
   await page.getByRole('button', {name: 'Edit & render again'}).click();
   await panel().waitFor();
   assert.ok(near(await point('Position'), kEye));
-  const [first] = await eventually('a small job of it', async () => (await looks()).length === 1 && looks());
+  const [first] = await eventually('a small job of it', async () => (await livePictures()).length === 1 && livePictures());
   assert.equal(first.parent, job);
   assert.equal(first.method, 'raycast');
-  await eventually('its picture is shown', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
+  await eventually('its picture is shown', async () => (await livePictures())[0]?.state === 'JOB_STATE_DONE');
   const seen = await page.evaluate(canvasPixels, {width: 96, height: 80});
   let most = 0;
   const canvas = await page.locator('.viewer canvas').boundingBox();
@@ -80,11 +80,11 @@ test('one live picture shows the newest edit', async () => {
   for (let i = 1; i <= 20; ++i) {
     await page.mouse.move(middle[0] + 6 * i, middle[1] + 2 * i);
     await page.waitForTimeout(60);
-    most = Math.max(most, (await looks()).length);
+    most = Math.max(most, (await livePictures()).length);
   }
   await page.mouse.up();
   await eventually('another took its place', async () => {
-    const there = await looks();
+    const there = await livePictures();
     most = Math.max(most, there.length);
     return there.length === 1 && there[0].id !== first.id && there[0].state === 'JOB_STATE_DONE';
   });
@@ -154,7 +154,7 @@ test('a changed job becomes a child that reuses every asset and equals the job o
   await session.waitForState(child, 'DONE');
   assert.deepEqual(session.requests.slice(before).filter((url) => url.includes('/assets')), []);
   assert.equal((await api(`jobs/${child}`)).parent, job);
-  await eventually('no look is left', async () => (await looks()).length === 0);
+  await eventually('no live picture is left', async () => (await livePictures()).length === 0);
 
   const scene = JSON.parse(readFileSync(join(kSource, 'scenes/cornell-bench-blocks.json'), 'utf8'));
   scene.camera.eye[2] = -700;
@@ -191,21 +191,21 @@ test('an invalid change is refused with its reason, and the next change works', 
 });
 
 test('no live picture outlives the panel or the page', async () => {
-  await eventually('a look is there', async () => (await looks()).length === 1);
+  await eventually('a live picture is there', async () => (await livePictures()).length === 1);
   await panel().getByRole('button', {name: 'Close'}).click();
-  await eventually('it is gone with the panel', async () => (await looks()).length === 0);
+  await eventually('it is gone with the panel', async () => (await livePictures()).length === 0);
   // The page closes while a preview request is on its way to the farm.
   const asked = page.waitForRequest((request) => request.method() === 'POST' && request.url().includes('/jobs?page='));
   await page.getByRole('button', {name: 'Edit & render again'}).click();
   await asked;
   await page.goto('about:blank');
-  await eventually('it is gone with the page', async () => (await looks()).length === 0);
+  await eventually('it is gone with the page', async () => (await livePictures()).length === 0);
   // The browser ends it without a message.
   const crashing = await session.open(`#/jobs/${job}`);
   await crashing.getByRole('button', {name: 'Edit & render again'}).click();
-  await eventually('another is there', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
+  await eventually('another is there', async () => (await livePictures())[0]?.state === 'JOB_STATE_DONE');
   await crashing.goto('chrome://crash').catch(() => undefined);
-  await eventually('it is gone with the crash', async () => (await looks()).length === 0);
+  await eventually('it is gone with the crash', async () => (await livePictures()).length === 0);
   await crashing.context().close();
 });
 
@@ -247,10 +247,10 @@ test('the panels fit a phone and pass axe', async () => {
     await opened.locator('.slot-group summary').first().click();
     await opened.locator('.slot-group summary', {hasText: 'lamp'}).click();
     await opened.getByText('Settings', {exact: true}).click();
-    await eventually('its live picture', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
+    await eventually('its live picture', async () => (await livePictures())[0]?.state === 'JOB_STATE_DONE');
     await check('edit');
     await opened.getByRole('region', {name: 'Edit & render again'}).getByRole('button', {name: 'Close'}).click();
-    await eventually('no look is left', async () => (await looks()).length === 0);
+    await eventually('no live picture is left', async () => (await livePictures()).length === 0);
     await opened.context().close();
   }
 });

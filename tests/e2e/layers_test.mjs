@@ -39,9 +39,9 @@ async function middle() {
 }
 
 /** The same, once all pixels of the layer have arrived. */
-async function middleOf(layer) {
+async function middleOf(layer, samples = '64') {
   await page.getByRole('combobox', {name: 'Layer'}).selectOption({label: layer});
-  await eventually(`pixels of ${layer}`, async () => (await middle()) && (await page.locator('.pixel dd').allTextContents())[5] === '64');
+  await eventually(`pixels of ${layer}`, async () => (await middle()) && (await page.locator('.pixel dd').allTextContents())[5] === samples);
   return middle();
 }
 
@@ -103,6 +103,37 @@ test('light groups are mixed at once, and the link restores the mix', async () =
   await drawn(sumOf(lamp, blue), 'as it was rendered');
   await page.context().close();
   page = again;
+});
+
+test('a job with features shows its denoised picture, unless the raw one is chosen or errors are shown', async () => {
+  const box = join(kSource, 'scenes/cornell-bench-blocks.json');
+  const noisy = session.farm.lightmill('submit', box, '--size', '160x160', '--spp', '8', '--denoise', '--method', 'path').trim();
+  const before = page;
+  page = await session.open(`#/jobs/${noisy}`);
+  await session.waitForState(noisy, 'DONE');
+  const layer = page.getByRole('combobox', {name: 'Layer'});
+  await layer.waitFor();
+  assert.deepEqual(await layer.locator('option').allTextContents(), ['Beauty', 'Denoised']);
+  assert.equal(await layer.inputValue(), 'denoised');
+  const raw = await middleOf('Beauty', '8');
+  await eventually('the address follows', () => page.url().includes('layer=beauty'));
+  if (pictures) {
+    await page.screenshot({path: join(pictures, 'layer-raw.png')});
+  }
+  await eventually('the denoised picture', async () => {
+    const denoised = await middleOf('Denoised', '8');
+    return denoised.some((value, i) => value !== raw[i]) && denoised.every((value, i) => value > raw[i] / 4 && value < 4 * raw[i]);
+  });
+  await eventually('its link names no layer', () => !page.url().includes('layer='));
+  if (pictures) {
+    await page.screenshot({path: join(pictures, 'layer-denoised.png')});
+  }
+  await page.getByRole('combobox', {name: 'Show'}).selectOption({label: 'Standard error'});
+  assert.equal(await layer.inputValue(), '');
+  await page.getByRole('combobox', {name: 'Show'}).selectOption({label: 'Colour'});
+  assert.equal(await layer.inputValue(), 'denoised');
+  await page.context().close();
+  page = before;
 });
 
 test('the layers fit a phone and pass axe', async () => {

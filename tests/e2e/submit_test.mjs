@@ -70,7 +70,7 @@ test('a dropped scene with its files is sent, inspected and submitted', async ()
   const job = shownJob();
   await session.waitForState(job, 'DONE');
   // The same job as from the command line.
-  const other = session.farm.submit('cornell-bench-blocks', '--size', '96x80', '--method', 'path', '--spp', '16');
+  const other = session.farm.submit('cornell-bench-blocks', '--size', '96x80', '--method', 'path', '--spp', '16', '--denoise');
   await session.waitForState(other, 'DONE');
   assert.equal((await api(`jobs/${job}`)).render_digest, (await api(`jobs/${other}`)).render_digest);
 });

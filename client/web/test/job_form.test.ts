@@ -2,7 +2,7 @@ import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {hexOf} from '../src/model/bytes';
 import {assetsOf, photonMapSpec, filledSpec, formOf, isPageJob, kMaxLivePictureSide, newSpec, livePictureSpec, sceneOf, type JobRules} from '../src/model/job_form';
-import {JobSpecSchema, LayerSpec_Kind, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
+import {JobSpecSchema, LayerSpec_Kind, LayerSpecSchema, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
 import {SceneSchema} from '../src/wire/lightmill/v1/scene_pb';
 import {MethodFactsSchema} from '../src/wire/lightmill/v1/web_pb';
 
@@ -53,7 +53,7 @@ const names = (of: JobSpec) => of.settings!.layers.map(({name}) => name);
 
 test("a job's form has its settings, and makes the same job again", () => {
   const form = formOf(spec);
-  expect(form).toEqual({name: 'room', width: 1920, height: 1080, method: 'caustic:photons=20000', seed: 18446744073709551615n, samples: 64, seconds: 0, percent: 10, adaptive: false, priority: 3});
+  expect(form).toEqual({name: 'room', width: 1920, height: 1080, method: 'caustic:photons=20000', seed: 18446744073709551615n, samples: 64, seconds: 0, percent: 10, adaptive: false, denoise: false, priority: 3});
   const again = filledSpec(spec, sceneOf(spec), form, rules, 0n);
   const {assets, rendererVersion, ...rest} = again.settings!;
   expect(rest).toEqual({...spec.settings, assets: undefined, rendererVersion: undefined, ...rest});
@@ -98,8 +98,21 @@ test('a live picture is small, has a higher priority, and renders the same crop'
   expect([least.settings!.width, least.settings!.height, least.priority]).toEqual([480, 1, 2 ** 31 - 1]);
 });
 
-test('a new job has the size of the scene, 64 samples and the method auto', () => {
-  expect(formOf(newSpec(scene, 'n'))).toMatchObject({width: 1920, height: 1080, samples: 64, method: 'auto'});
+test('features are added for denoising, in the place that they have in every film', () => {
+  const settings = {...spec.settings!, method: 'path', layers: [layer('beauty'), layer('normal', LayerSpec_Kind.FIRST_MEAN), layer('id', LayerSpec_Kind.FIRST_SAMPLES)].map((each) => create(LayerSpecSchema, each))};
+  const filled = filledSpec({...spec, settings}, scene, {...formOf({...spec, settings}), denoise: true}, rules, 0n);
+  expect(filled.settings!.layers.map(({name, channels, kind}) => [name, channels, kind])).toEqual([
+    ['beauty', 3, LayerSpec_Kind.SUMMED],
+    ['normal', 3, LayerSpec_Kind.FIRST_MEAN],
+    ['features', 20, LayerSpec_Kind.FIRST_MEAN],
+    ['id', 3, LayerSpec_Kind.FIRST_SAMPLES],
+  ]);
+  expect(formOf(filled).denoise).toBe(true);
+  expect(names(filledSpec(filled, scene, {...formOf(filled), denoise: false}, rules, 0n))).toEqual(['beauty', 'normal', 'id']);
+});
+
+test('a new job has the size of the scene, 64 samples and the method auto, and can be denoised', () => {
+  expect(formOf(newSpec(scene, 'n'))).toMatchObject({width: 1920, height: 1080, samples: 64, method: 'auto', denoise: true});
 });
 
 test('a photon map job has the size and seed of its job, and one sample', () => {

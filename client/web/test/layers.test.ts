@@ -2,7 +2,7 @@ import {create} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {Film} from '../src/model/film';
 import {kHalfValues, toHalf} from '../src/model/half';
-import {factorOf, failureOf, kAsRendered, kNoFailures, layerLabel, lightLayers, mix, parseRelight, relightText, shownLayers, withGain, withLayerFailures, type Relight} from '../src/model/layers';
+import {defaultLayer, factorOf, failureOf, kAsRendered, kNoFailures, layerLabel, lightLayers, mix, parseRelight, relightText, shownLayers, withGain, withLayerFailures, type Relight} from '../src/model/layers';
 import {LayerFailureSchema} from '../src/wire/lightmill/v1/web_pb';
 
 const kCrop = {x: 60, y: 0, width: 10, height: 3};
@@ -19,9 +19,20 @@ function filled(rgb: [number, number, number], samples: [number, number]): Film 
 
 test('the page shows layers that are pictures, and mixes those that are light', () => {
   const layers = ['direct', 'light:key', 'light:rest', 'normal', 'features', 'id'];
-  expect(shownLayers(layers)).toEqual(['direct', 'light:key', 'light:rest', 'normal']);
+  expect(shownLayers(layers)).toEqual(['denoised', 'direct', 'light:key', 'light:rest', 'normal']);
+  expect(shownLayers(['normal', 'id'])).toEqual(['normal']);
   expect(lightLayers(layers)).toEqual(['light:key', 'light:rest']);
-  expect(['', 'direct', 'light:key', 'light:rest'].map(layerLabel)).toEqual(['Beauty', 'Direct light', 'Light: key', 'All other light']);
+  expect(['', 'denoised', 'direct', 'light:key', 'light:rest'].map(layerLabel)).toEqual(['Beauty', 'Denoised', 'Direct light', 'Light: key', 'All other light']);
+});
+
+test('the denoised picture is shown by default, but errors and mixes are of the raw one', () => {
+  const shown = shownLayers(['light:key', 'light:rest', 'features']);
+  expect(defaultLayer(shown, 'color', new Map())).toBe('denoised');
+  expect(defaultLayer(shown, 'samples', new Map())).toBe('denoised');
+  expect(defaultLayer(shown, 'error', new Map())).toBe('');
+  expect(defaultLayer(shown, 'relative-error', new Map())).toBe('');
+  expect(defaultLayer(shown, 'color', new Map([['light:key', {stops: 1, tint: [1, 1, 1]}]]))).toBe('');
+  expect(defaultLayer(shownLayers(['normal']), 'color', new Map())).toBe('');
 });
 
 test('a mix is the weighted sum of its layers, with their least sample count', () => {

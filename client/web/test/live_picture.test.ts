@@ -50,35 +50,35 @@ function looking() {
   const jobs = new Jobs();
   const shown: (bigint | undefined)[] = [];
   const failures: string[] = [];
-  const look = new LivePicture<string>(jobs, {onJob: (job) => shown.push(job), onFailure: (message) => failures.push(message)});
-  return {jobs, shown, failures, look};
+  const picture = new LivePicture<string>(jobs, {onJob: (job) => shown.push(job), onFailure: (message) => failures.push(message)});
+  return {jobs, shown, failures, picture};
 }
 
 test('there is one live picture at most, of the newest edit', async () => {
-  const {jobs, shown, look} = looking();
+  const {jobs, shown, picture} = looking();
   for (const request of ['a', 'b', 'c']) {
-    look.want(request);
+    picture.want(request);
   }
   await jobs.settle();
   expect(jobs.asked).toEqual(['c']);
-  look.want('d');
+  picture.want('d');
   await Promise.resolve();
-  look.want('e');
-  look.want('f');
+  picture.want('e');
+  picture.want('f');
   await jobs.settle();
   expect([...jobs.there.values()]).toEqual(['f']);
   expect(jobs.most).toBe(1);
   expect(jobs.asked.length).toBeLessThanOrEqual(3);
-  expect(shown.at(-1)).toBe(look.current);
+  expect(shown.at(-1)).toBe(picture.current);
 });
 
 test('no job outlives the panel', async () => {
-  const {jobs, look} = looking();
-  look.want('a');
+  const {jobs, picture} = looking();
+  picture.want('a');
   await jobs.settle();
-  look.want('b');
-  const closed = look.close();
-  look.want('too late');
+  picture.want('b');
+  const closed = picture.close();
+  picture.want('too late');
   await jobs.settle();
   await closed;
   expect(jobs.there.size).toBe(0);
@@ -86,37 +86,37 @@ test('no job outlives the panel', async () => {
 });
 
 test('a refused edit is reported, and the next one is rendered', async () => {
-  const {jobs, failures, look} = looking();
-  look.want('bad');
+  const {jobs, failures, picture} = looking();
+  picture.want('bad');
   await jobs.settle();
   expect(failures).toEqual(['bad is refused']);
-  look.want('good');
+  picture.want('good');
   await jobs.settle();
   expect(failures.at(-1)).toBe('');
   expect([...jobs.there.values()]).toEqual(['good']);
 });
 
 test('a discard that fails delays no edit, and is repeated with the next one', async () => {
-  const {jobs, look, failures} = looking();
-  look.want('a');
+  const {jobs, picture, failures} = looking();
+  picture.want('a');
   await jobs.settle();
   jobs.broken = 1;
-  look.want('b');
+  picture.want('b');
   await jobs.settle();
   expect([...jobs.there.values()]).toEqual(['a', 'b']);
   expect(failures.at(-1)).toBe('');
-  look.want('c');
+  picture.want('c');
   await jobs.settle();
   expect([...jobs.there.values()]).toEqual(['c']);
 });
 
 test("a forgotten job is not discarded, because its number is another farm's", async () => {
-  const {jobs, look} = looking();
-  look.want('a');
+  const {jobs, picture} = looking();
+  picture.want('a');
   await jobs.settle();
-  look.forget();
-  look.want('b');
+  picture.forget();
+  picture.want('b');
   await jobs.settle();
   expect([...jobs.there.values()]).toEqual(['a', 'b']);
-  expect(look.current).toBe(2n);
+  expect(picture.current).toBe(2n);
 });

@@ -3,10 +3,10 @@ import {expect, test} from 'vitest';
 import {isSilent, kSilenceMs, retryDelayMs} from '../src/model/connection';
 import {errorCurve} from '../src/model/error_curve';
 import {ageText, boundedErrorText, clockTick, counted, errorText, goalText, humanCount, humanRate, humanSeconds, momentText, powerOfTen, samplesText, tickText, valueText} from '../src/model/format';
-import {kMaxCharted, kPlainLook, parseRoute, routeHash, type JobView, type Route} from '../src/model/route';
+import {kMaxCharted, kPlainDisplay, parseRoute, routeHash, type JobView, type Route} from '../src/model/route';
 import {JobSchema} from '../src/wire/lightmill/v1/farm_pb';
 
-const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map(), photons: 'none', meters: true};
+const kPlainView: JobView = {display: kPlainDisplay, camera: undefined, against: undefined, region: undefined, charted: [], layer: undefined, relight: new Map(), photons: 'none', meters: true};
 
 test('times and numbers are written as the command line writes them', () => {
   expect([0.42, 12.3, 185, 7380, 4 * 86400 + 3 * 3600, -1].map(humanSeconds)).toEqual(['0.4 s', '12 s', '3 min 05 s', '2 h 03 min', '4 d 03 h', '?']);
@@ -35,7 +35,7 @@ test('a link restores the view', () => {
   const route: Route = {
     page: 'job',
     job: 12n,
-    look: {exposure: -1.5, gamma: 2.2, view: 'filmic', show: 'error'},
+    display: {exposure: -1.5, gamma: 2.2, view: 'filmic', show: 'error'},
     camera: {zoom: 2.5, center: {x: 100.25, y: 40}},
     against: {other: 9n, how: 'difference', split: 0.25},
     region: {x: 3, y: 0, width: 20, height: 1},
@@ -49,6 +49,11 @@ test('a link restores the view', () => {
   const plain: Route = {page: 'job', job: 3n, ...kPlainView};
   expect(routeHash(plain)).toBe('#/jobs/3');
   expect(parseRoute('#/jobs/3')).toEqual(plain);
+  for (const layer of ['', 'denoised', 'light:rest']) {
+    const chosen: Route = {...plain, layer};
+    expect(parseRoute(routeHash(chosen))).toEqual(chosen);
+  }
+  expect(routeHash({...plain, layer: ''})).toBe('#/jobs/3?layer=beauty');
   for (const page of ['jobs', 'workers', 'lab'] as const) {
     expect(parseRoute(routeHash({page}))).toEqual({page});
   }
@@ -66,13 +71,13 @@ test('every address leads to a page', () => {
     page: 'job',
     job: 1n,
     ...kPlainView,
-    look: {...kPlainLook, gamma: 0.1},
+    display: {...kPlainDisplay, gamma: 0.1},
   });
   const odd = parseRoute('#/jobs/1?with=file&how=odd&split=7&region=1,2,0,4&chart=3,x,3,-4,' + '5,6,7,8,9,10,11');
   expect(odd).toMatchObject({against: {other: 'file', how: 'split', split: 1}, region: undefined, charted: [3n, 5n, 6n, 7n, 8n, 9n, 10n]});
   expect(kMaxCharted).toBe(7);
   expect(parseRoute('#/jobs/1?with=x&region=1,2,3')).toMatchObject({against: undefined, region: undefined});
-  expect(parseRoute('#/jobs/1?exposure=1e999')).toMatchObject({look: {exposure: 0}});
+  expect(parseRoute('#/jobs/1?exposure=1e999')).toMatchObject({display: {exposure: 0}});
 });
 
 test('the delay before a new connection grows with each try, within bounds', () => {

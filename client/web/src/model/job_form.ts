@@ -35,6 +35,8 @@ export interface JobForm {
   /** The error in percent: ±1% is the relMSE 0.0001. */
   percent: number;
   adaptive: boolean;
+  /** Whether the film gets the layer `features`, so that its picture can be denoised. */
+  denoise: boolean;
   priority: number;
 }
 
@@ -50,6 +52,7 @@ export function formOf(spec: JobSpec): JobForm {
     seconds: goal?.seconds ?? 0,
     percent: Number((100 * Math.sqrt(goal?.error ?? 0)).toPrecision(9)),
     adaptive: goal?.adaptive ?? false,
+    denoise: settings?.layers.some(({name}) => name === kFeatures.name) ?? false,
     priority: spec.priority,
   };
 }
@@ -59,6 +62,17 @@ export function sceneOf(spec: JobSpec): Scene {
 }
 
 const kBeauty: LayerSpec = create(LayerSpecSchema, {name: 'beauty', channels: 3, kind: LayerSpec_Kind.SUMMED});
+
+const kFeatures: LayerSpec = create(LayerSpecSchema, {name: 'features', channels: 20, kind: LayerSpec_Kind.FIRST_MEAN});
+/** The layers that come after features in every film. */
+const kLastLayers: readonly string[] = ['depth', 'id'];
+
+/** The layers in the film's order, with features or without. */
+function withFeatures(layers: readonly LayerSpec[], wanted: boolean): LayerSpec[] {
+  const others = layers.filter(({name}) => name !== kFeatures.name);
+  const [first, last] = [others.filter(({name}) => !kLastLayers.includes(name)), others.filter(({name}) => kLastLayers.includes(name))];
+  return wanted ? [...first, kFeatures, ...last] : others;
+}
 
 /** The facts about a method, e.g. of "path:brute-force". Undefined if the coordinator does not know it. */
 function factsOf({methods}: JobRules, method: string): MethodFacts | undefined {
@@ -97,7 +111,7 @@ function cropFor({crop, width, height}: RenderSettings, to: {width: number; heig
   return create(PixelRectSchema, {x, y, width: Math.max(right - x, 1), height: Math.max(bottom - y, 1)});
 }
 
-function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, 'width' | 'height' | 'method' | 'seed'>, rules: JobRules): RenderSettings {
+function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, 'width' | 'height' | 'method' | 'seed' | 'denoise'>, rules: JobRules): RenderSettings {
   const method = form.method.trim();
   const facts = factsOf(rules, method);
   const film = scene.film && {...scene.film, width: form.width, height: form.height};
@@ -108,7 +122,7 @@ function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, '
     width: form.width,
     height: form.height,
     crop: cropFor(before, form),
-    layers: layersFor(facts, before.layers),
+    layers: layersFor(facts, withFeatures(before.layers, form.denoise)),
     seed: form.seed,
     method,
     maxBounces: facts && before.maxBounces <= facts.maxBounces ? before.maxBounces : 0,
@@ -129,10 +143,10 @@ export function filledSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: Jo
   };
 }
 
-/** The first spec for a scene that was read from files. */
+/** The first spec for a scene that was read from files. Its picture can be denoised. */
 export function newSpec(scene: Scene, name: string): JobSpec {
   const [width, height] = [scene.film?.width ?? 512, scene.film?.height ?? 512];
-  const settings = create(RenderSettingsSchema, {width, height, method: 'auto', layers: [kBeauty]});
+  const settings = create(RenderSettingsSchema, {width, height, method: 'auto', layers: withFeatures([kBeauty], true)});
   return create(JobSpecSchema, {name, goal: {samples: 64n}, settings});
 }
 

@@ -3,9 +3,15 @@ import {ofSwatch, swatchOf} from './color';
 import {kTileSide, type Film, type Rect} from './film';
 import {kHalfValues, toHalf} from './half';
 import type {Rgb} from './tone';
+import type {Show} from './route';
 import type {LayerFailure} from '../wire/lightmill/v1/web_pb';
 
+/** The denoised picture, which the coordinator makes of the layer `features`. */
+export const kDenoised = 'denoised';
+const kFeatures = 'features';
+
 const kLabels = new Map([
+  [kDenoised, 'Denoised'],
   ['direct', 'Direct light'],
   ['indirect', 'Indirect light'],
   ['caustic', 'Caustics'],
@@ -17,9 +23,15 @@ const kLabels = new Map([
 const kLight = 'light:';
 export const kRest = 'light:rest';
 
-/** The layers that are pictures: ids and features are not. */
+/** The pictures that the page can show of a film with these layers, besides beauty. */
 export function shownLayers(layers: readonly string[]): string[] {
-  return layers.filter((layer) => layer !== 'id' && layer !== 'features');
+  const pictures = layers.filter((layer) => layer !== 'id' && layer !== kFeatures);
+  return layers.includes(kFeatures) ? [kDenoised, ...pictures] : pictures;
+}
+
+/** The layer that is shown unless the user chooses one; beauty is ''. Errors and mixes of light groups are of the raw picture. */
+export function defaultLayer(shown: readonly string[], show: Show, relight: Relight): string {
+  return shown.includes(kDenoised) && relight.size === 0 && show !== 'error' && show !== 'relative-error' ? kDenoised : '';
 }
 
 /** The light layers, which add up to all of the light. Empty if the job has no light groups. */

@@ -9,10 +9,10 @@ export const kShows = ['color', 'red', 'green', 'blue', 'luminance', 'false-colo
 /** The display of the picture. */
 export type Show = (typeof kShows)[number];
 
-export interface Look extends Tone {
+export interface DisplaySettings extends Tone {
   show: Show;
 }
-export const kPlainLook: Look = {exposure: 0, gamma: 1, view: 'plain', show: 'color'};
+export const kPlainDisplay: DisplaySettings = {exposure: 0, gamma: 1, view: 'plain', show: 'color'};
 export const kMaxStops = 20;
 export const kMaxGamma = 10;
 
@@ -22,7 +22,7 @@ export type Photons = (typeof kPhotons)[number];
 
 /** The view of one job's page. */
 export interface JobView {
-  look: Look;
+  display: DisplaySettings;
   /** Undefined: the whole picture. */
   camera: Camera | undefined;
   against: Against | undefined;
@@ -30,8 +30,8 @@ export interface JobView {
   region: Rect | undefined;
   /** Other jobs in the chart. */
   charted: readonly bigint[];
-  /** Empty: beauty. */
-  layer: string;
+  /** Empty: beauty. Undefined: the page chooses. */
+  layer: string | undefined;
   /** The mix of the light groups. */
   relight: Relight;
   photons: Photons;
@@ -40,6 +40,8 @@ export interface JobView {
 }
 
 export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | {page: 'nowhere'; path: string} | ({page: 'job'; job: bigint} & JobView);
+
+const kBeauty = 'beauty';
 
 /** Limit of other jobs in one chart. */
 export const kMaxCharted = 7;
@@ -73,6 +75,11 @@ function regionOf(parameters: URLSearchParams): Rect | undefined {
   return width && height ? {x: x!, y: y!, width, height} : undefined;
 }
 
+function layerOf(parameters: URLSearchParams): string | undefined {
+  const layer = /^[\w:-]{1,80}$/.exec(parameters.get('layer') ?? '')?.[0];
+  return layer === kBeauty ? '' : layer;
+}
+
 function chartedOf(parameters: URLSearchParams): bigint[] {
   const jobs = (parameters.get('chart') ?? '').split(',').map(jobNumber);
   return [...new Set(jobs)].filter((job) => job !== undefined).slice(0, kMaxCharted);
@@ -84,8 +91,8 @@ export function parseRoute(hash: string): Route {
   const job = /^\/jobs\/(\d{1,19})$/.exec(path);
   if (job) {
     const parameters = new URLSearchParams(query);
-    const show = kShows.find((each) => each === parameters.get('show')) ?? kPlainLook.show;
-    const look: Look = {
+    const show = kShows.find((each) => each === parameters.get('show')) ?? kPlainDisplay.show;
+    const display: DisplaySettings = {
       exposure: number(parameters.get('exposure'), -kMaxStops, kMaxStops, 0),
       gamma: number(parameters.get('gamma'), 0.1, kMaxGamma, 1),
       view: parameters.get('view') === 'filmic' ? 'filmic' : 'plain',
@@ -94,12 +101,12 @@ export function parseRoute(hash: string): Route {
     return {
       page: 'job',
       job: BigInt(job[1]!),
-      look,
+      display,
       camera: cameraOf(parameters),
       against: againstOf(parameters),
       region: regionOf(parameters),
       charted: chartedOf(parameters),
-      layer: /^[\w:-]{1,80}$/.exec(parameters.get('layer') ?? '')?.[0] ?? '',
+      layer: layerOf(parameters),
       relight: parseRelight(parameters.get('relight') ?? ''),
       photons: kPhotons.find((each) => each === parameters.get('photons')) ?? 'none',
       meters: parameters.get('meters') !== 'off',
@@ -128,18 +135,18 @@ export function routeHash(route: Route): string {
     return `#/${route.page}`;
   }
   const parameters = new URLSearchParams();
-  const {look, camera, against, region, charted, layer, relight, photons, meters} = route;
-  if (look.exposure !== 0) {
-    parameters.set('exposure', String(look.exposure));
+  const {display, camera, against, region, charted, layer, relight, photons, meters} = route;
+  if (display.exposure !== 0) {
+    parameters.set('exposure', String(display.exposure));
   }
-  if (look.gamma !== 1) {
-    parameters.set('gamma', String(look.gamma));
+  if (display.gamma !== 1) {
+    parameters.set('gamma', String(display.gamma));
   }
-  if (look.view !== 'plain') {
-    parameters.set('view', look.view);
+  if (display.view !== 'plain') {
+    parameters.set('view', display.view);
   }
-  if (look.show !== 'color') {
-    parameters.set('show', look.show);
+  if (display.show !== 'color') {
+    parameters.set('show', display.show);
   }
   if (camera) {
     parameters.set('zoom', String(Number(camera.zoom.toPrecision(9))));
@@ -159,8 +166,8 @@ export function routeHash(route: Route): string {
   if (charted.length > 0) {
     parameters.set('chart', charted.join(','));
   }
-  if (layer) {
-    parameters.set('layer', layer);
+  if (layer !== undefined) {
+    parameters.set('layer', layer || kBeauty);
   }
   if (relight.size > 0) {
     parameters.set('relight', relightText(relight));

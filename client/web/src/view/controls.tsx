@@ -1,7 +1,7 @@
 /** Display settings of the picture: exposure, maps and comparisons. */
 import type {Film} from '../model/film';
-import {layerLabel, shownLayers} from '../model/layers';
-import {kMaxGamma, kMaxStops, type Look, type Photons, type Show} from '../model/route';
+import {layerLabel} from '../model/layers';
+import {kMaxGamma, kMaxStops, type DisplaySettings, type Photons, type Show} from '../model/route';
 import {CompareControls, type CompareControlsProps} from './compare_panel';
 import {legendOf} from './gl_picture';
 import {useFilmVersion} from './inspector';
@@ -28,23 +28,24 @@ const kPhotonLabels: [Photons, string][] = [
 
 export interface ControlsProps extends CompareControlsProps {
   film: Film | undefined;
-  look: Look;
+  display: DisplaySettings;
+  /** What the job has besides beauty. */
+  layers: readonly string[];
   /** Empty: beauty. */
   layer: string;
   photons: Photons;
   drawing: boolean;
   onPhotons: (photons: Photons) => void;
-  onLook: (look: Look) => void;
+  onDisplay: (display: DisplaySettings) => void;
   onLayer: (layer: string) => void;
   onNormalize: () => void;
   onDrawing: (drawing: boolean) => void;
 }
 
 export function Controls(props: ControlsProps) {
-  const {film, job, look, layer, against, photons, drawing, onPhotons, onLook, onLayer, onNormalize, onDrawing} = props;
-  const layers = shownLayers(job?.layers ?? []);
+  const {film, display, layers, layer, against, photons, drawing, onPhotons, onDisplay, onLayer, onNormalize, onDrawing} = props;
   useFilmVersion(film, 500);
-  const legend = legendOf(against?.how ?? 'picture', look, film?.mostSamples() ?? 0);
+  const legend = legendOf(against?.how ?? 'picture', display, film?.mostSamples() ?? 0);
   return (
     <div class="controls" role="group" aria-label="Display settings">
       {layers.length > 0 && (
@@ -61,7 +62,7 @@ export function Controls(props: ControlsProps) {
       )}
       <label>
         Show
-        <select value={look.show} onChange={(event) => onLook({...look, show: event.currentTarget.value as Show})}>
+        <select value={display.show} onChange={(event) => onDisplay({...display, show: event.currentTarget.value as Show})}>
           {kShowLabels.map(([show, label]) => (
             <option key={show} value={show}>
               {label}
@@ -71,19 +72,19 @@ export function Controls(props: ControlsProps) {
       </label>
       <label>
         Exposure
-        <input type="range" min={-10} max={10} step={0.25} value={look.exposure} aria-valuetext={`${look.exposure} stops`} onInput={(event) => onLook({...look, exposure: Number(event.currentTarget.value)})} />
-        <NumberField class="short" label="Exposure in stops" least={-kMaxStops} most={kMaxStops} step={0.25} value={look.exposure} onValue={(exposure) => onLook({...look, exposure})} />
+        <input type="range" min={-10} max={10} step={0.25} value={display.exposure} aria-valuetext={`${display.exposure} stops`} onInput={(event) => onDisplay({...display, exposure: Number(event.currentTarget.value)})} />
+        <NumberField class="short" label="Exposure in stops" least={-kMaxStops} most={kMaxStops} step={0.25} value={display.exposure} onValue={(exposure) => onDisplay({...display, exposure})} />
       </label>
       <button type="button" title="Fit the exposure to the picture (N)" onClick={onNormalize}>
         Auto
       </button>
       <label>
         Gamma
-        <NumberField class="short" least={0.1} most={kMaxGamma} step={0.1} value={look.gamma} onValue={(gamma) => onLook({...look, gamma})} />
+        <NumberField class="short" least={0.1} most={kMaxGamma} step={0.1} value={display.gamma} onValue={(gamma) => onDisplay({...display, gamma})} />
       </label>
       <label>
         View
-        <select value={look.view} onChange={(event) => onLook({...look, view: event.currentTarget.value === 'filmic' ? 'filmic' : 'plain'})}>
+        <select value={display.view} onChange={(event) => onDisplay({...display, view: event.currentTarget.value === 'filmic' ? 'filmic' : 'plain'})}>
           <option value="plain">Plain</option>
           <option value="filmic">Filmic</option>
         </select>

@@ -2,20 +2,20 @@
 import type {Camera, Size} from '../model/camera';
 import {kComparisons, type Comparison} from '../model/comparison';
 import {kTileSide, type Film, type Rect} from '../model/film';
-import {kShows, type Look} from '../model/route';
+import {kShows, type DisplaySettings} from '../model/route';
 import {kFragment, kVertex} from './gl_shader';
 
 /** The values of a map's colours at its left end, middle and right end. */
-export function legendOf(how: Comparison, look: Look, mostSamples: number): [string, string, string] | undefined {
-  const stops = (at: number) => (2 ** (at - look.exposure)).toPrecision(2);
-  const tenths = (at: number) => (10 ** at / 2 ** look.exposure).toPrecision(2);
+export function legendOf(how: Comparison, display: DisplaySettings, mostSamples: number): [string, string, string] | undefined {
+  const stops = (at: number) => (2 ** (at - display.exposure)).toPrecision(2);
+  const tenths = (at: number) => (10 ** at / 2 ** display.exposure).toPrecision(2);
   if (how === 'squared-error') {
     return ['≤ 1e-6', '0.001', '≥ 1'];
   }
   if (how === 'flip' || how === 'hdr-flip') {
     return ['0', '0.5', '1'];
   }
-  switch (how === 'difference' ? 'color' : look.show) {
+  switch (how === 'difference' ? 'color' : display.show) {
     case 'false-color':
       return [`≤ ${stops(-8)}`, stops(-2), `≥ ${stops(4)}`];
     case 'error':
@@ -31,7 +31,7 @@ export function legendOf(how: Comparison, look: Look, mostSamples: number): [str
 
 export interface Drawing {
   camera: Camera;
-  look: Look;
+  display: DisplaySettings;
   how: Comparison;
   /** The divider's position, as a fraction of the screen's width. */
   split: number;
@@ -128,7 +128,7 @@ export class GlPicture {
     this.setCounts(film, unit + 1);
   }
 
-  draw({camera, look, how, split, screen, scale, background}: Drawing): void {
+  draw({camera, display, how, split, screen, scale, background}: Drawing): void {
     const gl = this.gl;
     const width = Math.max(1, Math.round(screen.width * scale));
     const height = Math.max(1, Math.round(screen.height * scale));
@@ -151,11 +151,11 @@ export class GlPicture {
     gl.uniform2f(this.place('screenSize'), width, height);
     gl.uniform2f(this.place('center'), camera.center.x, camera.center.y);
     gl.uniform1f(this.place('zoom'), camera.zoom * scale);
-    gl.uniform1f(this.place('exposure'), look.exposure);
-    gl.uniform1f(this.place('gamma'), look.gamma);
-    gl.uniform1i(this.place('view'), look.view === 'filmic' ? 1 : 0);
-    gl.uniform1i(this.place('directions'), look.signed ? 1 : 0);
-    gl.uniform1i(this.place('show'), kShows.indexOf(look.show));
+    gl.uniform1f(this.place('exposure'), display.exposure);
+    gl.uniform1f(this.place('gamma'), display.gamma);
+    gl.uniform1i(this.place('view'), display.view === 'filmic' ? 1 : 0);
+    gl.uniform1i(this.place('directions'), display.signed ? 1 : 0);
+    gl.uniform1i(this.place('show'), kShows.indexOf(display.show));
     gl.uniform1i(this.place('how'), this.other ? kComparisons.indexOf(how) : 0);
     gl.uniform1f(this.place('splitAt'), split * width);
     gl.uniform1f(this.place('mostSamples'), this.film?.mostSamples() ?? 0);

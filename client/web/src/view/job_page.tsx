@@ -5,7 +5,7 @@ import type {Film} from '../model/film';
 import {reachedName, stateName} from '../model/format';
 import {kHalfValues} from '../model/half';
 import {emptyText} from '../model/jobs';
-import {failureOf, lightLayers} from '../model/layers';
+import {defaultLayer, failureOf, kDenoised, lightLayers, shownLayers} from '../model/layers';
 import {routeHash, type JobView} from '../model/route';
 import {exposureFor, luminance} from '../model/tone';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
@@ -102,14 +102,17 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const editing = task === 'edit';
   const {editor, failure: notEdited} = useEditor(id, editing);
   const {camera, against, region} = view;
-  const layer = job?.layers.includes(view.layer) ? view.layer : '';
+  const pictures = useMemo(() => shownLayers(job?.layers ?? []), [job?.layers.join()]);
+  const chosenByPage = defaultLayer(pictures, view.display.show, view.relight);
+  const layer = view.layer !== undefined && ['', ...pictures].includes(view.layer) ? view.layer : chosenByPage;
   const lights = useMemo(() => lightLayers(job?.layers ?? []), [job?.layers.join()]);
   const mixing = view.relight.size > 0 && layer === '' && !editing;
   const relit = useRelit(job, mixing ? lights : kNone, view.relight, layers);
   useEffect(() => farm.watchLayers(layer ? [layer] : mixing ? lights : kNone), [id, layer, mixing, lights]);
-  const film = layer ? layers.get(layer) : (relit ?? beauty);
+  // The raw picture is shown until there is a denoised one.
+  const film = layer === kDenoised ? (layers.get(layer) ?? beauty) : layer ? layers.get(layer) : (relit ?? beauty);
   const notShown = failureOf(layerFailures, layer ? [layer] : mixing ? ['', ...lights] : ['']);
-  const look = useMemo(() => (layer === kDirections ? {...view.look, signed: true} : view.look), [layer, view.look]);
+  const display = useMemo(() => (layer === kDirections ? {...view.display, signed: true} : view.display), [layer, view.display]);
   const seen = editor?.film ?? film;
   const empty = !useHasTiles(seen) && !notShown;
   const meters = useMeters(job);
@@ -117,7 +120,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const change = (by: Partial<JobView>) => setView((before) => ({...before, ...by}));
   const [file, chooseFile, fileFailure] = useReferenceFile();
   const reference = useReference(film, against, file);
-  const measurement = useMeasurement(film, reference?.film, against?.how === 'hdr-flip', look.exposure);
+  const measurement = useMeasurement(film, reference?.film, against?.how === 'hdr-flip', display.exposure);
   useEffect(() => {
     // The address follows the view after a delay, because browsers limit such changes. It is left alone if the user has navigated
     // meanwhile.
@@ -131,16 +134,16 @@ export function JobPage({id, linked, theme}: JobPageProps) {
       change({against: {how: 'split', split: 0.5, ...against, other: 'file'}});
     }
   };
-  const onLook = ({signed, ...next}: JobView['look']) => change({look: next});
-  const exposureBefore = useRef(view.look.exposure);
+  const onDisplay = ({signed, ...next}: JobView['display']) => change({display: next});
+  const exposureBefore = useRef(view.display.exposure);
   const onLayer = (next: string) => {
     // The exposure of depth is not used for other layers.
-    const exposure = layer === kDepth ? exposureBefore.current : view.look.exposure;
+    const exposure = layer === kDepth ? exposureBefore.current : view.display.exposure;
     exposureBefore.current = exposure;
-    change({layer: next, look: {...view.look, exposure}});
+    change({layer: next === chosenByPage ? undefined : next, display: {...view.display, exposure}});
   };
   useFirstExposure(layer === kDepth ? film : undefined, () => normalize());
-  const normalize = () => film && onLook({...look, exposure: exposureFor(someLuminances(film))});
+  const normalize = () => film && onDisplay({...display, exposure: exposureFor(someLuminances(film))});
   const copyLink = async () => {
     const address = new URL(routeHash({page: 'job', job: id, ...view}), window.location.href);
     await navigator.clipboard.writeText(address.href);
@@ -177,7 +180,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="The whole film: layers, halves, counts, receipt">
           EXR
         </a>
-        <button type="button" disabled={!film} title="What is shown: the chosen layer, with exposure and view" onClick={() => film && void downloadPng(film, look, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
+        <button type="button" disabled={!film} title="What is shown: the chosen layer, with exposure and view" onClick={() => film && void downloadPng(film, display, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
           PNG
         </button>
         <button type="button" onClick={() => void copyLink()}>
@@ -188,11 +191,12 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         <Controls
           film={film}
           job={job}
-          look={look}
+          display={display}
+          layers={pictures}
           layer={layer}
           against={against}
           drawing={drawing}
-          onLook={onLook}
+          onDisplay={onDisplay}
           onLayer={onLayer}
           onNormalize={normalize}
           photons={view.photons}
@@ -223,7 +227,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         )}
         <Viewer
           film={seen}
-          look={look}
+          display={display}
           camera={editing ? undefined : camera}
           theme={theme}
           other={editing ? undefined : reference?.film}
@@ -234,7 +238,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
           region={editing ? undefined : region}
           drawing={drawing}
           steering={editor?.steering}
-          onLook={onLook}
+          onDisplay={onDisplay}
           onCamera={(next) => change({camera: next})}
           onAgainst={(next) => change({against: next})}
           onRegion={(next) => change({region: next})}
@@ -263,12 +267,12 @@ export function JobPage({id, linked, theme}: JobPageProps) {
             <ErrorChart job={job} theme={theme} charted={view.charted} onCharted={(charted) => change({charted})} />
           </section>
         )}
-        {lights.length > 0 && !editing && <RelightPanel lights={lights} relight={view.relight} onRelight={(relight) => change({relight, layer: ''})} />}
+        {lights.length > 0 && !editing && <RelightPanel lights={lights} relight={view.relight} onRelight={(relight) => change({relight, layer: undefined})} />}
         {film && reference && <ComparePanel reference={reference} measurement={measurement} pixels={film.crop.width * film.crop.height} />}
         {meters.length > 0 && <MetersPanel rows={meters} shown={view.meters} onShown={(shown) => change({meters: shown})} />}
         {region && <RegionPanel film={film} region={region} onRegion={(next) => change({region: next})} />}
         <PixelInspector film={seen} other={editing ? undefined : reference?.film} at={point} />
-        <HistogramView film={seen} exposure={look.exposure} />
+        <HistogramView film={seen} exposure={display.exposure} />
         {job && (
           <JobPanel job={job} open={task} onOpen={setTask}>
             {task === 'clone' && <ClonePanel id={id} onClose={() => setTask(undefined)} />}

@@ -21,15 +21,15 @@ class LivePreview {
   private readonly live = new Live({
     onLink: () => undefined,
     onUpdate: ({job, tiles, jobFailure}) => {
-      if (jobFailure && this.spec && this.look.current === this.job) {
-        this.look.want(this.spec); // it was deleted while the page was not connected
+      if (jobFailure && this.spec && this.picture.current === this.job) {
+        this.picture.want(this.spec); // it was deleted while the page was not connected
       }
       if (job && this.spec && this.film?.job === job.id && !this.film.isOf(job)) {
         // Another farm answers, and the job with this number is not the page's.
         this.film = undefined;
         this.job = 0n;
-        this.look.forget();
-        this.look.want(this.spec);
+        this.picture.forget();
+        this.picture.want(this.spec);
         this.onPicture();
       } else if (job && job.id === this.job) {
         this.film ??= Film.of(job);
@@ -46,20 +46,20 @@ class LivePreview {
       }
     },
   });
-  readonly look: LivePicture<JobSpec>;
+  readonly picture: LivePicture<JobSpec>;
 
   constructor(
     private readonly onFilm: (film: Film) => void,
     private readonly onFailure: (message: string) => void,
   ) {
-    this.look = new LivePicture<JobSpec>({submit: (spec) => this.submit(spec), discard: (job) => discardJob(job)}, {onJob: () => undefined, onFailure});
+    this.picture = new LivePicture<JobSpec>({submit: (spec) => this.submit(spec), discard: (job) => discardJob(job)}, {onJob: () => undefined, onFailure});
   }
 
   close(): void {
     this.live.close();
     this.onPicture();
     // A job that could not be deleted stays in the list of jobs, where users can delete it.
-    void this.look.close().catch(() => undefined);
+    void this.picture.close().catch(() => undefined);
   }
 
   private async submit(spec: JobSpec): Promise<bigint> {
@@ -88,14 +88,14 @@ class LivePreview {
 export function useLivePicture(request: JobSpec | undefined): {film: Film | undefined; failure: string} {
   const [film, setFilm] = useState<Film>();
   const [failure, setFailure] = useState('');
-  const look = useRef<LivePreview>();
+  const picture = useRef<LivePreview>();
   const wanted = request !== undefined;
   useEffect(() => {
     if (!wanted) {
       return;
     }
     const now = new LivePreview(setFilm, setFailure);
-    look.current = now;
+    picture.current = now;
     return () => {
       now.close();
       setFilm(undefined);
@@ -104,7 +104,7 @@ export function useLivePicture(request: JobSpec | undefined): {film: Film | unde
   }, [wanted]);
   useEffect(() => {
     if (request) {
-      look.current?.look.want(request);
+      picture.current?.picture.want(request);
     }
   }, [request]);
   return {film, failure};

@@ -71,7 +71,7 @@ interface State {
 }
 const kNothing: State = {progress: undefined, sent: undefined, inspection: undefined, failure: ''};
 
-/** The upload and inspection of dropped files. `look` inspects another of its scenes, or from another camera. */
+/** The upload and inspection of dropped files. `inspectAgain` inspects another of its scenes, or from another camera. */
 function useInspection(files: readonly SceneFile[]) {
   const [state, setState] = useState(kNothing);
   const going = useRef<AbortController>();
@@ -87,7 +87,7 @@ function useInspection(files: readonly SceneFile[]) {
       change({progress: undefined, failure: stopped ? 'Cancelled. Files that the farm already has are not sent again.' : error instanceof Error ? error.message : String(error)});
     }
   };
-  const look = (sent: Sent, scene: readonly string[], camera: string) =>
+  const inspectAgain = (sent: Sent, scene: readonly string[], camera: string) =>
     run(async (signal) => {
       setState((before) => ({...before, progress: {what: 'A worker inspects the scene'}}));
       return {inspection: await inspect(sent, scene, camera, signal)};
@@ -106,7 +106,7 @@ function useInspection(files: readonly SceneFile[]) {
       going.current = undefined;
     };
   }, [files]);
-  return {...state, look, send, cancel: () => going.current?.abort()};
+  return {...state, inspectAgain, send, cancel: () => going.current?.abort()};
 }
 
 function nameOf(scene: readonly string[], inspection: Inspection): string {
@@ -116,7 +116,7 @@ function nameOf(scene: readonly string[], inspection: Inspection): string {
 
 export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onClose: () => void}) {
   const {greeting} = useFarm();
-  const {progress, sent, inspection, failure, look, send, cancel} = useInspection(files);
+  const {progress, sent, inspection, failure, inspectAgain, send, cancel} = useInspection(files);
   const [chosen, setChosen] = useState(0);
   const [camera, setCamera] = useState('');
   const [form, setForm] = useState<JobForm>();
@@ -140,7 +140,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
     setChosen(next);
     setCamera('');
     setForm(undefined);
-    void look(sent!, sent!.choices[next]!, '');
+    void inspectAgain(sent!, sent!.choices[next]!, '');
   };
   const submit = async () => {
     const spec = newSpec(inspection!.scene, form!.name);
@@ -175,7 +175,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
                 value={camera}
                 onChange={(event) => {
                   setCamera(event.currentTarget.value);
-                  void look(sent, scene!, event.currentTarget.value);
+                  void inspectAgain(sent, scene!, event.currentTarget.value);
                 }}
               >
                 <option value="">The scene's</option>
@@ -202,7 +202,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
       )}
       <div class="actions">
         {failure && (
-          <button type="button" onClick={() => void (sent ? look(sent, scene!, camera) : send())}>
+          <button type="button" onClick={() => void (sent ? inspectAgain(sent, scene!, camera) : send())}>
             Try again
           </button>
         )}

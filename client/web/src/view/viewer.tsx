@@ -4,7 +4,7 @@ import {fit, pan, toPicture, zoomAt, type Camera, type Point, type Size} from '.
 import type {Against} from '../model/comparison';
 import type {Film, Rect} from '../model/film';
 import {movedRegion, regionBetween, within} from '../model/region';
-import type {Look} from '../model/route';
+import type {DisplaySettings} from '../model/route';
 import {GlPicture} from './gl_picture';
 import {MeterMarks, type MeterRow} from './meters';
 import {Divider, RegionFrame} from './overlays';
@@ -14,7 +14,7 @@ import {steeringKeys, viewerKeys} from './viewer_keys';
 
 export interface ViewerProps {
   film: Film | undefined;
-  look: Look;
+  display: DisplaySettings;
   /** Undefined: the whole picture. */
   camera: Camera | undefined;
   theme: string;
@@ -30,7 +30,7 @@ export interface ViewerProps {
   region: Rect | undefined;
   /** Whether dragging draws a region instead of moving the picture. */
   drawing: boolean;
-  onLook: (look: Look) => void;
+  onDisplay: (display: DisplaySettings) => void;
   onCamera: (camera: Camera | undefined) => void;
   onAgainst: (against: Against) => void;
   onRegion: (region: Rect | undefined) => void;
@@ -61,7 +61,7 @@ function backgroundOf(element: HTMLElement): [number, number, number] {
 }
 
 export function Viewer(props: ViewerProps) {
-  const {film, look, camera, theme, other, photonMap, against, errorMap, region, drawing, steering, onCamera, onPoint} = props;
+  const {film, display, camera, theme, other, photonMap, against, errorMap, region, drawing, steering, onCamera, onPoint} = props;
   const canvas = useRef<HTMLCanvasElement>(null);
   const picture = useRef<GlPicture>();
   const redraw = useRef(() => {});
@@ -92,7 +92,7 @@ export function Viewer(props: ViewerProps) {
         const measured = against?.how === 'flip' || against?.how === 'hdr-flip';
         const how = !against || (measured && !errorMap) ? 'picture' : against.how;
         const split = against?.split ?? 1;
-        picture.current.draw({camera: shown, look, how, split, screen, scale: window.devicePixelRatio, background: backgroundOf(element)});
+        picture.current.draw({camera: shown, display, how, split, screen, scale: window.devicePixelRatio, background: backgroundOf(element)});
         element.dataset.drawn = 'yes';
       }
     });
@@ -129,7 +129,7 @@ export function Viewer(props: ViewerProps) {
     cancelAnimationFrame(frame.current);
     frame.current = 0;
     redraw.current();
-  }, [film, look, camera, screen, theme, other, photonMap, against, errorMap]);
+  }, [film, display, camera, screen, theme, other, photonMap, against, errorMap]);
 
   // Several moves may come before the first is drawn. Each starts from the one before.
   const current = useRef(shown);

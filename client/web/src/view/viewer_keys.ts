@@ -2,15 +2,15 @@
 import type {Camera, Point} from '../model/camera';
 import type {Against, Comparison} from '../model/comparison';
 import type {Rect} from '../model/film';
-import {kMaxStops, kPlainLook, type Look} from '../model/route';
+import {kMaxStops, kPlainDisplay, type DisplaySettings} from '../model/route';
 import type {Steering} from './viewer';
 
 export interface KeyTargets {
-  look: Look;
+  display: DisplaySettings;
   camera: Camera;
   against: Against | undefined;
   drawing: boolean;
-  onLook: (look: Look) => void;
+  onDisplay: (display: DisplaySettings) => void;
   onCamera: (camera: Camera | undefined) => void;
   onAgainst: (against: Against) => void;
   onDrawing: (drawing: boolean) => void;
@@ -84,8 +84,8 @@ export function steeringKeys(steering: Steering, shift: boolean): Record<string,
 
 /** By the key's name in lower case. */
 export function viewerKeys(targets: KeyTargets, shift: boolean): Record<string, () => void> {
-  const {look, camera, onLook, onCamera, drawing} = targets;
-  const brighter = (stops: number) => onLook({...look, exposure: Math.min(Math.max(look.exposure + stops, -kMaxStops), kMaxStops)});
+  const {display, camera, onDisplay, onCamera, drawing} = targets;
+  const brighter = (stops: number) => onDisplay({...display, exposure: Math.min(Math.max(display.exposure + stops, -kMaxStops), kMaxStops)});
   const remove = () => {
     targets.onRegion(undefined);
     targets.onDrawing(false);
@@ -106,8 +106,8 @@ export function viewerKeys(targets: KeyTargets, shift: boolean): Record<string, 
     '1': () => onCamera({zoom: 1, center: camera.center}),
     e: () => brighter(shift ? -0.5 : 0.5),
     n: targets.onNormalize,
-    v: () => onLook({...look, view: look.view === 'plain' ? 'filmic' : 'plain'}),
-    r: () => onLook(kPlainLook),
+    v: () => onDisplay({...display, view: display.view === 'plain' ? 'filmic' : 'plain'}),
+    r: () => onDisplay(kPlainDisplay),
     m: measure,
     escape: remove,
     delete: remove,

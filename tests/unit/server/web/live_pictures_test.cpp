@@ -136,5 +136,72 @@ TEST_F(LiveHubTest, ATooLargePictureIsNotShownButItsJobIs) {
   hub->remove(page);
 }
 
+/// The first red value of each tile of this layer, as half floats.
+std::set<unsigned> first_reds(const Page& page, const std::string& layer) {
+  std::set<unsigned> reds;
+  for (const v1::ViewUpdate& message : page.messages) {
+    for (const v1::ViewTile& tile : message.tiles()) {
+      if (tile.layer() == layer) {
+        reds.insert(static_cast<unsigned char>(tile.rgbe()[0]) | static_cast<unsigned char>(tile.rgbe()[1]) << 8);
+      }
+    }
+  }
+  return reds;
+}
+
+TEST_F(LiveHubTest, ADenoisedPictureFollowsTheFilm) {
+  const std::vector<std::string> layers{"denoised"};
+  const JobId job = submit("ada", "small", 64 * 4, 64 * 3, {"features"});
+  Page page;
+  hub->add(page, call_of(anonymous_identity()));
+  ASSERT_TRUE(ask(page, false, job, layers).ok());
+  settle();
+  render(job);
+  const std::map<std::string, std::size_t> all{{"", 12}, {"denoised", 12}};
+  ask_until([&] { return tiles_of(page) == all; }, page, job, layers);
+  EXPECT_EQ(tiles_of(page), all);
+  constexpr unsigned kOne = 0x3c00;
+  EXPECT_EQ(first_reds(page, "denoised"), std::set<unsigned>{kOne});
+  // The job has ended, so that a page that opens later gets it from the film alone.
+  Page late;
+  hub->add(late, call_of(anonymous_identity()));
+  ask_until([&] { return tiles_of(late) == all; }, late, job, layers);
+  EXPECT_EQ(tiles_of(late), all);
+  hub->remove(page);
+  hub->remove(late);
+}
+
+TEST_F(LiveHubTest, FilmsWithoutFeaturesAndLargeOnesAreNotDenoised) {
+  const std::vector<std::string> layers{"denoised"};
+  const JobId plain = submit("ada", "plain", 64, 64);
+  const JobId large = submit("ada", "large", 64 * 33, 64 * 16, {"features"});
+  render(plain);
+  Page page;
+  hub->add(page, call_of(anonymous_identity()));
+  ask_until([&] { return tiles_of(page)[""] == 1; }, page, plain, layers);
+  settle();
+  EXPECT_EQ(tiles_of(page), (std::map<std::string, std::size_t>{{"", 1}}));
+  ask_until([&] { return failed_layers(page) == 1; }, page, large, layers);
+  EXPECT_EQ(layer_failures(page)["denoised"],
+            fmt::format("it has 2162688 pixels, and the page denoises 2097152 at most. "
+                        "`lightmill fetch {} --denoise` denoises it",
+                        large.value));
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, APageThatLeavesDuringDenoisingIsForgotten) {
+  const JobId job = submit("ada", "small", 64 * 8, 64 * 8, {"features"});
+  render(job);
+  {
+    Page page;
+    hub->add(page, call_of(anonymous_identity()));
+    ASSERT_TRUE(ask(page, false, job, {"denoised"}).ok());
+    settle();
+    hub->remove(page);
+  }
+  hub.reset();
+  run_posted();
+}
+
 }  // namespace
 }  // namespace lightmill::test
