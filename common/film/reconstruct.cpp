@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/base/check.h"
+#include "common/film/raw_mix.h"
 #include "common/film/reconstruction_planes.h"
 #include "common/math/exp_log.h"
 
@@ -252,9 +253,9 @@ class BlockFilter {
   PaddedPlane weights_;  ///< [half][offset][row][column]
 };
 
-}  // namespace
-
-std::vector<float> reconstruct(const ReconstructionInput& film, const ReconstructionSettings& settings) {
+/// The predictions, and the brightness of the picture.
+std::pair<std::vector<float>, float> predictions(const ReconstructionInput& film,
+                                                 const ReconstructionSettings& settings) {
   const auto pixels = static_cast<std::size_t>(film.width) * static_cast<std::size_t>(film.height);
   LM_CHECK(film.width > 0 && film.height > 0 && film.half_a.size() == 3 * pixels && film.half_b.size() == 3 * pixels &&
            film.samples_a.size() == pixels && film.samples_b.size() == pixels &&
@@ -308,7 +309,19 @@ std::vector<float> reconstruct(const ReconstructionInput& film, const Reconstruc
           planes.known[at] > 0 ? std::max((sums[c][at] + kOwnWeight * mean) / (sums[3][at] + kOwnWeight), 0.0f) : mean;
     }
   }
-  return out;
+  return {std::move(out), planes.brightness};
+}
+
+}  // namespace
+
+std::vector<float> regress(const ReconstructionInput& film, const ReconstructionSettings& settings) {
+  return predictions(film, settings).first;
+}
+
+std::vector<float> reconstruct(const ReconstructionInput& film, const ReconstructionSettings& settings) {
+  auto [picture, brightness] = predictions(film, settings);
+  mix_with_raw(film, brightness, picture);
+  return std::move(picture);
 }
 
 }  // namespace lightmill

@@ -3,7 +3,7 @@
 // Feature regression in the manner of NFOR (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for
 // Denoising Monte Carlo Renderings"). Around every second pixel of every second row, linear models of albedo, normal
 // and 1/depth are fitted to each half. The weights of one half are the similarity of pixels in the other half. A pixel
-// is the weighted mean of what the models around it predict.
+// is the weighted mean of what the models around it predict. Then it is mixed with its raw mean (raw_mix.h).
 #pragma once
 
 #include <cstdint>
@@ -34,5 +34,7 @@ struct ReconstructionSettings {
 /// and keep their mean (0 if it is not finite). Takes about 110 bytes a pixel, and 0.5 MiB and 600 bytes a column for
 /// each thread.
 std::vector<float> reconstruct(const ReconstructionInput& film, const ReconstructionSettings& settings = {});
+/// The same without the mix.
+std::vector<float> regress(const ReconstructionInput& film, const ReconstructionSettings& settings = {});
 
 }  // namespace lightmill

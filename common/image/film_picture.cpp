@@ -347,7 +347,8 @@ Image to_image(const FilmPicture& picture) {
   }
   if (!picture.denoised.empty()) {
     add_rgb(image, kDenoisedPrefix, picture.denoised, pixels);
-    image.attributes["lightmill.denoised"] = "first-order feature regression of R, G, B; its error is not known";
+    image.attributes["lightmill.denoised"] =
+        "first-order feature regression of R, G, B, mixed with the raw picture; its error is not known";
   }
   if (!names.empty()) {
     image.attributes[kLayersAttribute] = fmt::format("{}", fmt::join(names, " "));

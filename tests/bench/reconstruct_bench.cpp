@@ -1,5 +1,5 @@
 // Error of reconstructed pictures, compared with raw ones of equal samples, and the time of the reconstruction. Renders
-// scenes with 16 and 64 samples and compares the raw and the reconstructed picture with a reference.
+// scenes with several numbers of samples and compares the raw and the reconstructed picture with a reference.
 //
 // relMSE = mean((x − a)(x − b) / (r² + 0.01)), with the halves a and b of the reference and their mean r. So the
 // reference's noise is not part of it.
@@ -131,15 +131,20 @@ int main(int argc, char** argv) {
   CLI::App app{"Compares raw and reconstructed pictures at equal samples."};
   int side = 128;
   std::uint32_t reference_level = 9;
+  std::vector<std::uint32_t> levels{2, 4, 6, 8};
   std::string pictures, only;
   app.add_option("--side", side, "pixels")->check(CLI::Range(16, 4096))->capture_default_str();
   app.add_option("--reference", reference_level, "log2 of the reference's samples per pixel")
       ->check(CLI::Range(1u, 20u))
       ->capture_default_str();
+  app.add_option("--levels", levels, "log2 of the samples per pixel")
+      ->delimiter(',')
+      ->check(CLI::Range(1u, 20u))
+      ->capture_default_str();
   app.add_option("--pictures", pictures, "folder for PNG files");
   app.add_option("--only", only, "the scene with this name");
   CLI11_PARSE(app, argc, argv);
-  std::printf("%-28s %8s %10s %13s %6s %18s\n", "scene", "samples", "raw", "reconstructed", "ratio",
+  std::printf("%-28s %8s %10s %10s %13s %6s %18s\n", "scene", "samples", "raw", "regression", "reconstructed", "ratio",
               "seconds/megapixel");
   for (const Case& each : kCases) {
     if (!only.empty() && only != each.name) {
@@ -150,15 +155,18 @@ int main(int argc, char** argv) {
                                   : TestScene(source_file(fmt::format("scenes/{}.json", each.name)), read_image))
             .resized(side, side);
     const Planes reference = render(scene, each.method, 1000, reference_level);
-    for (const std::uint32_t level : {4u, 6u}) {
+    for (const std::uint32_t level : levels) {
       const Planes film = render(scene, each.method, 1, level);
       const double begin = thread_cpu_seconds();
       const std::vector<float> picture = reconstruct(film.input());
       const double seconds = thread_cpu_seconds() - begin;
       const double raw = rel_mse(reference, [&](std::size_t i) { return film.mean(i); });
       const double better = rel_mse(reference, [&](std::size_t i) { return static_cast<double>(picture[i]); });
-      std::printf("%-28s %8u %10.3g %13.3g %6.2f %18.2f\n", (std::string(each.name) + " by " + each.method).c_str(),
-                  1u << level, raw, better, raw / better, seconds * 1e6 / (side * side));
+      const std::vector<float> unmixed = regress(film.input());
+      const double regression = rel_mse(reference, [&](std::size_t i) { return static_cast<double>(unmixed[i]); });
+      std::printf("%-28s %8u %10.3g %10.3g %13.3g %6.2f %18.2f\n",
+                  (std::string(each.name) + " by " + each.method).c_str(), 1u << level, raw, regression, better,
+                  raw / better, seconds * 1e6 / (side * side));
       std::fflush(stdout);
       if (!pictures.empty()) {
         const std::string stem = fmt::format("{}/{}-{}-{}", pictures, each.name, each.method, 1u << level);
