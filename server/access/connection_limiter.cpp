@@ -186,6 +186,21 @@ std::vector<ConnectionLimiter::Id> ConnectionLimiter::unknown() const {
   return ids;
 }
 
+std::vector<std::pair<ConnectionLimiter::Id, std::string>> ConnectionLimiter::known() const {
+  std::vector<std::pair<Id, std::string>> all;
+  for (const auto& [key, address] : addresses_) {
+    for (const Id id : address.known) {
+      all.emplace_back(id, entries_.at(id).caller);
+    }
+  }
+  return all;
+}
+
+ConnectionLimiter::Id ConnectionLimiter::id_of(const std::string& peer) const {
+  const auto found = peers_.find(peer);
+  return found == peers_.end() ? 0 : found->second;
+}
+
 ConnectionLimiter::Changes ConnectionLimiter::update(Time now) {
   Changes changes;
   std::vector<std::string> keys;

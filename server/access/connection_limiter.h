@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -56,6 +57,11 @@ class ConnectionLimiter {
 
   /// Served connections whose caller is unknown.
   std::vector<Id> unknown() const;
+  /// Connections whose caller is known, with the key of the caller.
+  std::vector<std::pair<Id, std::string>> known() const;
+  /// The connection from ADDRESS:PORT; 0 if there is none.
+  Id id_of(const std::string& peer) const;
+  const std::string& peer_of(Id id) const { return entries_.at(id).peer; }
   /// The connection is being ended, and counts no longer for its address.
   void end(Id id) { set_state(id, State::ending); }
 

@@ -23,14 +23,14 @@ namespace {
 
 /// A packed scene can have 16 MiB. Other messages are small.
 constexpr int kMaxMessageBytes = 20 << 20;
-/// Bytes of a connection before its first call is admitted: long headers, and the first windows of its calls.
+/// Bytes of a connection before its first call is admitted. gRPC keeps a whole request until then, and a long header.
 constexpr std::uint64_t kMaxUnknownBytes = 4 << 20;
-/// Bytes that a caller may send of each call before it is read. gRPC would raise this by itself, up to 16 MiB.
-constexpr int kLookaheadBytes = 1 << 20;
-/// Requests that are read have half of the memory for messages, and those that wait a quarter.
-RequestReads shares_of(std::uint64_t wire_bytes) {
-  return {std::max<std::size_t>(4, wire_bytes / 2 / kMaxMessageBytes),
-          std::max<std::size_t>(8, wire_bytes / 4 / kLookaheadBytes), system_clock()};
+/// Bytes of a connection that belong to requests that are not complete: two of the longest, and some first windows. More
+/// if there is much memory for messages.
+constexpr std::uint64_t kMaxUnreadBytes = 48 << 20;
+
+UnreadBytes::Limits unread_limits(std::uint64_t wire_bytes) {
+  return {std::max(kMaxUnreadBytes, wire_bytes / 16), wire_bytes / 4, wire_bytes / 2};
 }
 /// Concurrent streams of one connection. More wait.
 constexpr int kMaxConnectionStreams = 1'000;
@@ -68,14 +68,13 @@ std::vector<std::string> registered_methods() {
 struct ApiServer::Parts {
   Parts(Runtime& runtime, const ApiOptions& options)
       : loop(runtime.loop()),
-        shared{.reads = shares_of(options.wire_bytes)},
         workers(std::make_shared<WorkerStreams>(runtime)),
-        access(runtime, shared),
-        scaler(runtime, shared),
-        renders(runtime, shared),
+        access(runtime, threads),
+        scaler(runtime, threads),
+        renders(runtime, threads),
         readiness(std::make_shared<Readiness>(options.on_ready)) {}
   FarmLoop& loop;
-  CallResources shared;
+  CallThreads threads;
   const std::shared_ptr<WorkerStreams> workers;
   UnaryCalls<v1::AccessService> access;
   ScalerServiceImpl scaler;
@@ -93,6 +92,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--listen", options.connections));
 
   parts->listener->limit_unknown({kMaxUnknownBytes, options.wire_bytes / 4});
+  parts->listener->limit_unread(unread_limits(options.wire_bytes));
   redirect_grpc_log();
   grpc::EnableDefaultHealthCheckService(true);
   static std::once_flag reflection_once;
@@ -109,8 +109,6 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   builder.SetResourceQuota(grpc::ResourceQuota("lightmill").Resize(options.wire_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxConnectionStreams);
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLookaheadBytes);
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   // gRPC's own threads serve only reflection.
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
@@ -120,6 +118,9 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
       [listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
         return listener->set_caller(peer, caller);
       });
+  runtime.access().set_on_taken([listener = parts->listener.get()](const std::string& peer, std::uint64_t bytes) {
+    listener->taken(peer, bytes);
+  });
   runtime.loop().set_handlers({[workers = parts->workers](Outgoing message) { workers->send(std::move(message)); },
                                [workers = parts->workers](SessionId session) { workers->disconnect(session); },
                                [readiness = parts->readiness](bool storing) { readiness->set_storing(storing); }});

@@ -5,7 +5,6 @@
 #include "server/api/grpc_status.h"
 #include "server/api/rejected_stream.h"
 #include "server/api/render_service.h"
-#include "server/api/request_call.h"
 
 namespace lightmill {
 namespace {
@@ -17,23 +16,16 @@ constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 /// the next one. Deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
-  UploadStream(Runtime& runtime, CallResources& shared, Call call)
-      : runtime_(runtime),
-        shared_(shared),
-        call_(std::move(call)),
-        turn_(shared.reads.add(
-            holder_of(call_.caller, call_.peer), [this] { StartRead(&request_); }, [this] { give_up(); })) {
+  UploadStream(Runtime& runtime, CallThreads& threads, Call call)
+      : runtime_(runtime), threads_(threads), call_(std::move(call)) {
     read_next();
   }
 
   void OnReadDone(bool ok) override {
-    turn_->end();
-    if (given_up_) {
-      return;
-    }
     call_.slot->set_active();
-    boost::asio::post(shared_.disk, [this, ok] {
+    boost::asio::post(threads_.disk, [this, ok] {
       const Status status = ok ? take() : complete();
+      runtime_.access().taken(call_.peer, ok ? request_.ByteSizeLong() : 0);
       if (!ok || !status.ok()) {
         upload_.reset();
         call_.slot->call_ended();
@@ -43,11 +35,6 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
       read_next();
     });
   }
-  void OnCancel() override {
-    if (turn_->end() && !given_up_) {
-      Finish(to_grpc(make_error(StatusCode::kCancelled, "the client left")));
-    }
-  }
   void OnDone() override {
     call_.slot->call_ended();
     delete this;
@@ -56,13 +43,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
  private:
   void read_next() {
     call_.slot->set_stalled();
-    if (!turn_->begin()) {
-      give_up();
-    }
-  }
-  void give_up() {
-    given_up_ = true;
-    Finish(to_grpc(too_many_requests()));
+    StartRead(&request_);
   }
   Status take() {
     LM_RETURN_IF_ERROR(runtime_.access().check_still_holds(call_.caller));
@@ -83,27 +64,30 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
   }
 
   Runtime& runtime_;
-  CallResources& shared_;
+  CallThreads& threads_;
   const Call call_;
-  const std::shared_ptr<ReadTurn> turn_;
-  bool given_up_ = false;  ///< set before the turn's end, if at all
   v1::UploadAssetRequest request_;
   std::unique_ptr<AssetStore::Upload> upload_;
 };
 
 /// Sends one asset. gRPC calls it with one event at a time. A thread for the disk reads each piece. Deletes itself.
-class DownloadStream final : public RequestCall<v1::DownloadAssetRequest, v1::DownloadAssetResponse> {
+class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(Runtime& runtime, CallResources& shared, Call call)
-      : runtime_(runtime), shared_(shared), call_(std::move(call)) {
-    call_.slot->set_stalled();
-    read_request(shared.reads, holder_of(call_.caller, call_.peer));
+  DownloadStream(Runtime& runtime, CallThreads& threads, Call call, const std::string& digest_bytes)
+      : runtime_(runtime), threads_(threads), call_(std::move(call)) {
+    const Result<Sha256> digest = digest_from_bytes(digest_bytes);
+    if (!digest.ok()) {
+      Finish(to_grpc(with_context(digest.status(), "digest")));
+      return;
+    }
+    digest_ = *digest;
+    boost::asio::post(threads_.disk, [this] { open(); });
   }
 
   void OnWriteDone(bool ok) override {
     call_.slot->set_active();
     if (ok) {
-      boost::asio::post(shared_.disk, [this] { write_next(); });
+      boost::asio::post(threads_.disk, [this] { write_next(); });
     } else {
       Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));
     }
@@ -114,17 +98,6 @@ class DownloadStream final : public RequestCall<v1::DownloadAssetRequest, v1::Do
   }
 
  private:
-  void request_read() override {
-    call_.slot->set_active();
-    const Result<Sha256> digest = digest_from_bytes(request().digest());
-    if (!digest.ok()) {
-      return fail(with_context(digest.status(), "digest"));
-    }
-    digest_ = *digest;
-    boost::asio::post(shared_.disk, [this] { open(); });
-  }
-  void fail(const Status& status) override { Finish(to_grpc(status)); }
-
   void open() {
     Result<std::unique_ptr<AssetStore::Reader>> reader = runtime_.assets().open_asset(digest_);
     if (!reader.ok()) {
@@ -178,7 +151,7 @@ class DownloadStream final : public RequestCall<v1::DownloadAssetRequest, v1::Do
   }
 
   Runtime& runtime_;
-  CallResources& shared_;
+  CallThreads& threads_;
   const Call call_;
   Sha256 digest_;
   Sha256Hasher sent_;
@@ -194,15 +167,16 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
-  return new UploadStream(runtime_, shared_, *call);
+  return new UploadStream(runtime_, threads_, *call);
 }
 
-RenderServiceImpl::Download* RenderServiceImpl::download_asset(Context& context) {
-  Result<Call> call = admit(runtime_.access(), context, kDownloadAsset);
+grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
+    Context* context, const v1::DownloadAssetRequest* request) {
+  const Result<Call> call = admit(runtime_.access(), *context, kDownloadAsset, {}, request->ByteSizeLong());
   if (!call.ok()) {
-    return new RejectedStream<Download>(call.status());
+    return new RejectedStream<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(runtime_, shared_, *std::move(call));
+  return new DownloadStream(runtime_, threads_, *call, request->digest());
 }
 
 }  // namespace lightmill

@@ -14,8 +14,7 @@ namespace {
 
 // ---- watching ----
 
-class WatchStream final : public OfferStream<v1::WatchJobRequest, v1::WatchJobResponse, WatchSink>,
-                          public std::enable_shared_from_this<WatchStream> {
+class WatchStream final : public OfferStream<v1::WatchJobResponse, WatchSink> {
  public:
   WatchStream(Runtime& runtime, Call call, std::shared_ptr<WatchRegistry> registry)
       : OfferStream(runtime, std::move(call), std::move(registry)), traffic_(runtime.loop().traffic()) {}
@@ -38,44 +37,28 @@ class WatchStream final : public OfferStream<v1::WatchJobRequest, v1::WatchJobRe
   }
 
  private:
-  void request_read() override {
-    serve([stream = shared_from_this(), job = JobId{request().id()},
-           tiles = request().tiles()](FarmLoop::TaskContext& context) {
-      if (const Status status = check_job_call(context, stream->access(), stream->call(), job); status.ok()) {
-        context.watchers.add(job, tiles, stream);
-      } else {
-        stream->fail(status);
-      }
-    });
-  }
-
   Traffic& traffic_;
 };
 
 // ---- fetching ----
 
 /// Sends a snapshot of one film. Deletes itself.
-class FilmStream final : public RequestCall<v1::GetFilmRequest, v1::GetFilmResponse> {
+class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
  public:
-  FilmStream(Runtime& runtime, Call call, RequestReads& reads) : runtime_(runtime), call_(std::move(call)) {
-    call_.slot->set_stalled();
-    read_request(reads, holder_of(call_.caller, call_.peer));
-  }
+  FilmStream(Call call, Traffic& traffic) : call_(std::move(call)), traffic_(traffic) {}
 
   /// On the farm thread.
   void take(JobId job, const FarmLoop::TaskContext& context) {
     Result<FilmSnapshot> film = snapshot(context.farm, job, context.now);
     if (!film.ok()) {
-      return fail(film.status());
+      Finish(to_grpc(film.status()));
+      return;
     }
     tiles_ = std::move(film->tiles);
     response_.mutable_header()->Swap(&film->header);
     write();
   }
-  void fail(const Status& status) override {
-    call_.slot->call_ended();
-    Finish(to_grpc(status));
-  }
+  void refuse(const grpc::Status& status) { Finish(status); }
 
   void OnWriteDone(bool ok) override {
     if (!ok || next_ == tiles_.size()) {
@@ -86,7 +69,7 @@ class FilmStream final : public RequestCall<v1::GetFilmRequest, v1::GetFilmRespo
     TileSnapshot& tile = tiles_[next_++];
     response_.Clear();
     *response_.mutable_tile() = film_tile(tile);
-    runtime_.loop().traffic().films_out += response_.ByteSizeLong();
+    traffic_.films_out += response_.ByteSizeLong();
     tile.forest.clear();
     write();
   }
@@ -96,27 +79,13 @@ class FilmStream final : public RequestCall<v1::GetFilmRequest, v1::GetFilmRespo
   }
 
  private:
-  void request_read() override {
-    call_.slot->set_active();
-    const bool posted = runtime_.loop().post([this, job = JobId{request().id()}](FarmLoop::TaskContext& context) {
-      if (const Status status = check_job_call(context, runtime_.access(), call_, job); !status.ok()) {
-        return fail(status);
-      }
-      context.with_film(job, [this, job](const FarmLoop::TaskContext& later, const Status& here) {
-        here.ok() ? take(job, later) : fail(here);
-      });
-    });
-    if (!posted) {
-      fail(busy());
-    }
-  }
   void write() {
     call_.slot->set_stalled();
     StartWrite(&response_);
   }
 
-  Runtime& runtime_;
   const Call call_;
+  Traffic& traffic_;
   std::vector<TileSnapshot> tiles_;
   std::size_t next_ = 0;
   v1::GetFilmResponse response_;
@@ -124,33 +93,43 @@ class FilmStream final : public RequestCall<v1::GetFilmRequest, v1::GetFilmRespo
 
 }  // namespace
 
-RenderServiceImpl::Watch* RenderServiceImpl::watch_job(Context& context) {
-  Result<Call> call = admit(runtime_.access(), context, kWatchJob);
+grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* rpc_context,
+                                                                            const v1::WatchJobRequest* request) {
+  const Result<Call> call = admit(runtime_.access(), *rpc_context, kWatchJob, {request->id()}, request->ByteSizeLong());
   if (!call.ok()) {
-    return new RejectedStream<Watch>(call.status());
+    return new RejectedStream<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
-  return WatchStream::start(std::make_shared<WatchStream>(runtime_, *std::move(call), watches_), shared_.reads);
+  const auto stream = std::make_shared<WatchStream>(runtime_, *call, watches_);
+  return WatchStream::start(stream, [&access = runtime_.access(), job = JobId{request->id()}, tiles = request->tiles(),
+                                     call = *call, stream](FarmLoop::TaskContext& context) {
+    if (const Status status = check_job_call(context, access, call, job); status.ok()) {
+      context.watchers.add(job, tiles, stream);
+    } else {
+      stream->fail(status);
+    }
+  });
 }
 
-RenderServiceImpl::Fetch* RenderServiceImpl::get_film(Context& context) {
-  Result<Call> call = admit(runtime_.access(), context, kGetFilm);
+grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* rpc_context,
+                                                                          const v1::GetFilmRequest* request) {
+  const Result<Call> call = admit(runtime_.access(), *rpc_context, kGetFilm, {request->id()}, request->ByteSizeLong());
   if (!call.ok()) {
-    return new RejectedStream<Fetch>(call.status());
+    return new RejectedStream<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
-  return new FilmStream(runtime_, *std::move(call), shared_.reads);
-}
-
-RenderServiceImpl::RenderServiceImpl(Runtime& runtime, CallResources& shared)
-    : UnaryCalls(runtime, shared), runtime_(runtime), shared_(shared) {
-  const auto mark = [this](const char* method, grpc::internal::MethodHandler* handler) {
-    MarkMethodStreamed(method_index(v1::RenderService::service_full_name(), method), handler);
-  };
-  mark("DownloadAsset", new RequestCallHandler<v1::DownloadAssetRequest, v1::DownloadAssetResponse>(
-                            [this](Context* context) { return download_asset(*context); }));
-  mark("WatchJob", new RequestCallHandler<v1::WatchJobRequest, v1::WatchJobResponse>(
-                       [this](Context* context) { return watch_job(*context); }));
-  mark("GetFilm", new RequestCallHandler<v1::GetFilmRequest, v1::GetFilmResponse>(
-                      [this](Context* context) { return get_film(*context); }));
+  auto* stream = new FilmStream(*call, runtime_.loop().traffic());
+  const bool posted = runtime_.loop().post(
+      [&access = runtime_.access(), stream, call = *call, job = JobId{request->id()}](FarmLoop::TaskContext& context) {
+        if (const Status status = check_job_call(context, access, call, job); !status.ok()) {
+          return stream->refuse(to_grpc(status));
+        }
+        context.with_film(job, [stream, job](const FarmLoop::TaskContext& later, const Status& here) {
+          here.ok() ? stream->take(job, later) : stream->refuse(to_grpc(here));
+        });
+      });
+  if (!posted) {
+    stream->refuse(to_grpc(busy()));
+  }
+  return stream;
 }
 
 }  // namespace lightmill

@@ -10,6 +10,11 @@
 #include "server/access/action_log.h"
 
 namespace lightmill {
+
+std::string peer_of(const grpc::ServerContextBase& context) {
+  return peer_text(context.peer());
+}
+
 namespace {
 
 constexpr unsigned kReloadSeconds = 2;
@@ -19,7 +24,7 @@ constexpr const char* kHeader = "authorization";
 
 Credentials credentials_of(const grpc::ServerContextBase& context) {
   Credentials credentials;
-  credentials.peer = peer_text(context.peer());
+  credentials.peer = peer_of(context);
   if (const auto header = context.client_metadata().find(kHeader); header != context.client_metadata().end()) {
     credentials.authorization.emplace(header->second.data(), header->second.size());
   }
@@ -45,26 +50,20 @@ class NoReflection final : public grpc::ServerBuilderOption {
 
 }  // namespace
 
-Caller caller_of(const AccessControl& access, const grpc::ServerContextBase& context) {
+Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
+                   const CallSubject& about, std::uint64_t request_bytes) {
   const Credentials credentials = credentials_of(context);
-  Caller caller{access.identify(credentials), credentials.peer};
-  if (caller.identity.ok()) {
-    caller.connection = access.set_caller(caller.peer, *caller.identity);
-  }
-  return caller;
-}
-
-Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc) {
-  return admit(access, caller_of(access, context), context, rpc);
-}
-
-Result<Call> admit(const AccessControl& access, const Caller& caller, const grpc::ServerContextBase& context,
-                   const Rpc& rpc, const CallSubject& about) {
-  // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a short
-  // call.
+  access.taken(credentials.peer, request_bytes);
+  Result<Identity> caller = access.identify(credentials);
   const bool lasts = rpc == kWork || stream_kind(rpc);
-  Result<Call> call =
-      access.admit(lasts && !caller.connection.ok() ? caller.connection : caller.identity, caller.peer, rpc, about);
+  if (caller.ok()) {
+    // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a
+    // short call.
+    if (const Status met = access.set_caller(credentials.peer, *caller); !met.ok() && lasts) {
+      caller = met;
+    }
+  }
+  Result<Call> call = access.admit(caller, credentials.peer, rpc, about);
   if (call.ok() && call->slot != nullptr) {
     call->slot->on_evict([&context] { context.TryCancel(); });
   }

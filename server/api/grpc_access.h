@@ -13,20 +13,13 @@
 
 namespace lightmill {
 
-/// Who calls, by the call's headers and connection.
-struct Caller {
-  Result<Identity> identity = Identity{};
-  std::string peer;                 ///< ADDRESS:PORT
-  Status connection = ok_status();  ///< whether the caller may have one more connection
-};
-/// The first step of every call.
-Caller caller_of(const AccessControl& access, const grpc::ServerContextBase& context);
+/// Every RPC calls it first, with its subject, and the bytes of its request if that is small. UNAUTHENTICATED,
+/// PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
+                   const CallSubject& about = {}, std::uint64_t request_bytes = 0);
 
-/// The next step, with the call's subject. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-Result<Call> admit(const AccessControl& access, const Caller& caller, const grpc::ServerContextBase& context,
-                   const Rpc& rpc, const CallSubject& about = {});
-/// Both steps.
-Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc);
+/// ADDRESS:PORT of the call.
+std::string peer_of(const grpc::ServerContextBase& context);
 
 /// Encrypted if a certificate is given. Its files are checked every few seconds. New connections use renewed ones.
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);

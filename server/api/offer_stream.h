@@ -2,10 +2,12 @@
 // sent.
 #pragma once
 
+#include <grpcpp/support/server_callback.h>
+
 #include <memory>
 
 #include "common/base/mutex.h"
-#include "server/api/request_call.h"
+#include "server/api/grpc_status.h"
 #include "server/api/watch_registry.h"
 #include "server/runtime/farm_loop.h"
 #include "server/runtime/runtime.h"
@@ -14,19 +16,20 @@ namespace lightmill {
 
 /// `Sink` is the farm thread's interface to it: WatchSink or DemandSink. The farm thread calls its methods, the thread
 /// that stops the server calls close(), and gRPC's threads call the On… methods.
-template <class Request, class Response, class Sink>
-class OfferStream : public RequestCall<Request, Response>, public Sink, public ClosableWatch {
+template <class Response, class Sink>
+class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, public ClosableWatch {
  public:
   OfferStream(Runtime& runtime, Call call, std::shared_ptr<WatchRegistry> registry)
       : loop_(runtime.loop()), access_(runtime.access()), call_(std::move(call)), registry_(std::move(registry)) {}
 
-  /// Reads the request, and serves the stream or ends it.
-  static OfferStream* start(const std::shared_ptr<OfferStream>& stream, RequestReads& reads) {
+  /// Serves the stream, or ends it. `begin` runs on the farm thread.
+  static grpc::ServerWriteReactor<Response>* start(const std::shared_ptr<OfferStream>& stream, FarmLoop::Task begin) {
     // The registry owns every stream until OnDone(), even if add() fails.
-    if (const Status status = stream->registry_->add(stream.get(), stream); status.ok()) {
-      stream->call_.slot->set_stalled();
-      stream->read_request(reads, holder_of(stream->call_.caller, stream->call_.peer));
-    } else {
+    Status status = stream->registry_->add(stream.get(), stream);
+    if (status.ok() && !stream->loop_.post(std::move(begin))) {
+      status = busy();
+    }
+    if (!status.ok()) {
       stream->fail(status);
     }
     return stream.get();
@@ -47,14 +50,11 @@ class OfferStream : public RequestCall<Request, Response>, public Sink, public C
     const MutexLock lock(mutex_);
     return !writing_ && !ending_;
   }
-  void fail(const Status& status) override {  // of RequestCall, and of WatchSink
+  void fail(const Status& status) {  // also implements WatchSink::fail()
     const MutexLock lock(mutex_);
     end(to_grpc(status));
   }
-  void close() override {
-    this->stop_reading();
-    fail(unavailable("the coordinator stops"));
-  }
+  void close() override { fail(unavailable("the coordinator stops")); }
 
   void OnWriteDone(bool ok) override {
     call_.slot->set_active();
@@ -66,13 +66,13 @@ class OfferStream : public RequestCall<Request, Response>, public Sink, public C
         return;
       }
       if (!ok || last_) {
-        end(ok ? grpc::Status::OK : to_grpc(left()));
+        end(ok ? grpc::Status::OK : to_grpc(client_left()));
         return;
       }
     }
     loop_.wake();
   }
-  void client_left() override { fail(left()); }
+  void OnCancel() override { fail(client_left()); }
   void OnDone() override {
     call_.slot->call_ended();
     loop_.wake();             // the hub drops closed streams
@@ -80,16 +80,6 @@ class OfferStream : public RequestCall<Request, Response>, public Sink, public C
   }
 
  protected:
-  /// Serves the stream from now on. `begin` runs on the farm thread.
-  void serve(FarmLoop::Task begin) {
-    call_.slot->set_active();
-    if (!loop_.post(std::move(begin))) {
-      fail(busy());
-    }
-  }
-  const Call& call() const { return call_; }
-  const AccessControl& access() const { return access_; }
-
   /// Writes a message, unless the stream ends or the caller's credentials have expired. Ends the stream after the last
   /// one.
   bool write(Response response, bool last) {
@@ -110,7 +100,7 @@ class OfferStream : public RequestCall<Request, Response>, public Sink, public C
   }
 
  private:
-  static Status left() { return make_error(StatusCode::kCancelled, "the client left"); }
+  static Status client_left() { return make_error(StatusCode::kCancelled, "the client left"); }
   void end(const grpc::Status& status) LM_REQUIRES(mutex_) {
     if (ending_) {
       return;

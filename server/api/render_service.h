@@ -10,23 +10,21 @@ namespace lightmill {
 /// Thread-safe.
 class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
  public:
-  RenderServiceImpl(Runtime& runtime, CallResources& shared);
+  RenderServiceImpl(Runtime& runtime, CallThreads& threads)
+      : UnaryCalls(runtime, threads), runtime_(runtime), threads_(threads) {}
   /// From now on, watchers get UNAVAILABLE.
   void stop() { watches_->stop(); }
 
   using Context = grpc::CallbackServerContext;
   grpc::ServerReadReactor<v1::UploadAssetRequest>* UploadAsset(Context*, v1::UploadAssetResponse*) override;
+  grpc::ServerWriteReactor<v1::DownloadAssetResponse>* DownloadAsset(Context*,
+                                                                     const v1::DownloadAssetRequest*) override;
+  grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(Context*, const v1::WatchJobRequest*) override;
+  grpc::ServerWriteReactor<v1::GetFilmResponse>* GetFilm(Context*, const v1::GetFilmRequest*) override;
 
  private:
-  using Download = grpc::ServerBidiReactor<v1::DownloadAssetRequest, v1::DownloadAssetResponse>;
-  using Watch = grpc::ServerBidiReactor<v1::WatchJobRequest, v1::WatchJobResponse>;
-  using Fetch = grpc::ServerBidiReactor<v1::GetFilmRequest, v1::GetFilmResponse>;
-  Download* download_asset(Context& context);
-  Watch* watch_job(Context& context);
-  Fetch* get_film(Context& context);
-
   Runtime& runtime_;
-  CallResources& shared_;
+  CallThreads& threads_;
   const std::shared_ptr<WatchRegistry> watches_ = std::make_shared<WatchRegistry>();
 };
 

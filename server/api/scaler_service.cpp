@@ -7,12 +7,9 @@
 namespace lightmill {
 namespace {
 
-using externalscaler::ExternalScaler;
 using externalscaler::IsActiveResponse;
-using externalscaler::ScaledObjectRef;
 
-class ActiveStream final : public OfferStream<ScaledObjectRef, IsActiveResponse, DemandSink>,
-                           public std::enable_shared_from_this<ActiveStream> {
+class ActiveStream final : public OfferStream<IsActiveResponse, DemandSink> {
  public:
   using OfferStream::OfferStream;
   void offer(bool active) override {
@@ -20,28 +17,18 @@ class ActiveStream final : public OfferStream<ScaledObjectRef, IsActiveResponse,
     response.set_result(active);
     write(std::move(response), false);
   }
-
- private:
-  void request_read() override {
-    serve([stream = shared_from_this()](FarmLoop::TaskContext& context) { context.demand.add(stream); });
-  }
 };
 
 }  // namespace
 
-ScalerServiceImpl::ScalerServiceImpl(Runtime& runtime, CallResources& shared) : UnaryCalls(runtime, shared) {
-  MarkMethodStreamed(
-      method_index(ExternalScaler::service_full_name(), "StreamIsActive"),
-      new RequestCallHandler<ScaledObjectRef, IsActiveResponse>(
-          [this, &runtime, &shared](
-              grpc::CallbackServerContext* context) -> grpc::ServerBidiReactor<ScaledObjectRef, IsActiveResponse>* {
-            Result<Call> call = admit(runtime.access(), *context, kStreamIsActive);
-            if (!call.ok()) {
-              return new RejectedStream<grpc::ServerBidiReactor<ScaledObjectRef, IsActiveResponse>>(call.status());
-            }
-            return ActiveStream::start(std::make_shared<ActiveStream>(runtime, *std::move(call), streams_),
-                                       shared.reads);
-          }));
+grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(
+    grpc::CallbackServerContext* rpc_context, const externalscaler::ScaledObjectRef* request) {
+  Result<Call> call = admit(runtime_.access(), *rpc_context, kStreamIsActive, {}, request->ByteSizeLong());
+  if (!call.ok()) {
+    return new RejectedStream<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
+  }
+  const auto stream = std::make_shared<ActiveStream>(runtime_, *std::move(call), streams_);
+  return ActiveStream::start(stream, [stream](FarmLoop::TaskContext& context) { context.demand.add(stream); });
 }
 
 }  // namespace lightmill

@@ -87,6 +87,7 @@ void WorkStream::OnReadDone(bool ok) {
     return;
   }
   const std::uint64_t bytes = request_.ByteSizeLong();
+  owner_.access_.taken(call_.peer, bytes);
   owner_.loop_.traffic().results_in += bytes;
   Result<WorkerMessage> message = from_wire(request_);
   Status status = message.status();

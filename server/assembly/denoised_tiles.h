@@ -9,7 +9,7 @@
 
 namespace lightmill {
 
-/// Limit of a denoised picture's pixels. It would take half a gibibyte, and three seconds of a core.
+/// Limit of a denoised picture's pixels. It takes half a gibibyte, and three seconds of a core.
 inline constexpr std::int64_t kMaxDenoisedPixels = std::int64_t{1} << 21;
 
 /// All tiles of a film that has the layer `features`.

@@ -28,6 +28,10 @@ constexpr int kUserTimeoutMs = 30'000;
 constexpr int kPauseMs = 50;
 /// Poll interval while bytes of unknown connections are counted.
 constexpr int kCountMs = 50;
+/// Interval at which unread bytes of known connections are counted, and the time for each of them, if that is longer.
+constexpr int kCountUnreadMs = 250;
+constexpr Duration kCountUnread = std::chrono::milliseconds(kCountUnreadMs);
+constexpr Duration kCountUnreadOfOne = std::chrono::microseconds(100);
 /// Poll interval otherwise. Closed connections are dropped at this rate.
 constexpr int kIdleMs = 5'000;
 constexpr Duration kIdlePause = std::chrono::milliseconds(kIdleMs);
@@ -213,7 +217,7 @@ void Listener::run() {
   }
   bool failed = false;
   for (;;) {
-    bool waits = false, counts = false;
+    bool waits = false, counts = false, counts_unread = false;
     {
       const MutexLock lock(mutex_);
       if (stopping_) {
@@ -221,9 +225,11 @@ void Listener::run() {
       }
       waits = limiter_.has_waiting();
       counts = unknown_bytes_ && !limiter_.unknown().empty();
+      counts_unread = unread_ && limiter_.size() > 0;
     }
     // If accept failed, the listening sockets would be ready at once, so they are not polled.
-    (void)::poll(all.data(), failed ? 1 : all.size(), failed || waits ? kPauseMs : counts ? kCountMs : kIdleMs);
+    const int pause = failed || waits ? kPauseMs : counts ? kCountMs : counts_unread ? kCountUnreadMs : kIdleMs;
+    (void)::poll(all.data(), failed ? 1 : all.size(), pause);
     if (std::uint64_t count = 0; all[0].revents != 0) {
       (void)::eventfd_read(wake_, &count);
     }
@@ -316,6 +322,7 @@ void Listener::update() {
       sweep(now);
     }
     end_large_unknown();
+    end_large_unread(now);
     const ConnectionLimiter::Changes changes = limiter_.update(now);
     for (const Id id : changes.end) {
       shut(id);
@@ -349,6 +356,33 @@ void Listener::end_large_unknown() {
     shut(id);
     limiter_.end(id);
     all -= bytes;
+  }
+}
+
+void Listener::end_large_unread(Time now) {
+  if (!unread_ || now < count_unread_at_) {
+    return;
+  }
+  std::vector<UnreadBytes::Received> received;
+  for (auto& [id, caller] : limiter_.known()) {
+    const Socket& socket = open_.at(id);
+    received.push_back({id, std::move(caller), socket.is_open() ? received_bytes(socket.fd) : 0});
+  }
+  count_unread_at_ = now + std::max(kCountUnread, kCountUnreadOfOne * static_cast<int>(received.size()));
+  for (const Id id : unread_->over(received)) {
+    spdlog::warn(
+        "port {}: the connection from {} is ended, because its caller has sent too many requests that are not "
+        "complete",
+        port_, limiter_.peer_of(id));
+    shut(id);
+    limiter_.end(id);
+  }
+}
+
+void Listener::taken(const std::string& peer, std::uint64_t bytes) {
+  const MutexLock lock(mutex_);
+  if (const Id id = limiter_.id_of(peer); unread_ && id != 0) {
+    unread_->taken(id, bytes);
   }
 }
 

@@ -14,6 +14,7 @@
 #include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "server/access/connection_limiter.h"
+#include "server/listen/unread_bytes.h"
 
 namespace lightmill {
 
@@ -37,6 +38,10 @@ class Listener {
   };
   /// Before start(). Without it there is no limit.
   void limit_unknown(UnknownBytes limit) { unknown_bytes_ = limit; }
+  /// Limits the bytes of known callers that are not taken(). Before start(). Without it there is no limit.
+  void limit_unread(const UnreadBytes::Limits& limits) { unread_.emplace(limits); }
+  /// The server has used a message from ADDRESS:PORT, or thrown it away.
+  void taken(const std::string& peer, std::uint64_t bytes);
 
   /// Takes ownership of a non-blocking socket, connected to ADDRESS:PORT.
   using Take = std::function<void(int socket, const std::string& peer)>;
@@ -70,6 +75,7 @@ class Listener {
   void sweep(Time now) LM_REQUIRES(mutex_);
   void shut(Id id) LM_REQUIRES(mutex_);
   void end_large_unknown() LM_REQUIRES(mutex_);
+  void end_large_unread(Time now) LM_REQUIRES(mutex_);
 
   const std::vector<int> sockets_;
   const int port_;
@@ -81,7 +87,8 @@ class Listener {
   std::unordered_map<Id, Socket> open_ LM_GUARDED_BY(mutex_);
   std::unordered_map<Id, std::string> waiting_ LM_GUARDED_BY(mutex_);  ///< their peers
   std::string own_ LM_GUARDED_BY(mutex_);  ///< peer of the last connect_to_self(), until it is accepted
-  Time swept_at_ LM_GUARDED_BY(mutex_){};
+  std::optional<UnreadBytes> unread_;      ///< used with mutex_ after start()
+  Time swept_at_ LM_GUARDED_BY(mutex_){}, count_unread_at_ LM_GUARDED_BY(mutex_){};
   Time told_at_{};  ///< when the log last reported that accept fails
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::thread thread_;

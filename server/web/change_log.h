@@ -95,6 +95,7 @@ class ChangeLog {
     }
     return keys;
   }
+  bool has(const Key& key) const { return entries_.contains(key); }  ///< perhaps removed
   std::size_t size() const { return entries_.size() - removed_.size(); }
 
  private:

@@ -125,10 +125,11 @@ bool JobFeed::make_room(const JobStatus& job) {
 
 /// The picture's tiles come from the denoiser. While it makes one, updates only note that the film has changed.
 void JobFeed::denoise(const JobStatus& job, const LayerSlice& features) {
-  if (job.spec.settings.crop.pixel_count() > kMaxDenoisedPixels) {
+  const std::int64_t pixels = job.spec.settings.crop.pixel_count(), most = tile_budget_->most_denoised();
+  if (pixels > most) {
     picture_failure_ = failed_precondition(
-        "it has {} pixels, and the page denoises {} at most. `lightmill fetch {} --denoise` denoises it",
-        job.spec.settings.crop.pixel_count(), kMaxDenoisedPixels, job_.value);
+        "it has {} pixels, and the page denoises {} at most. `lightmill fetch {} --denoise` denoises it", pixels, most,
+        job_.value);
     return;
   }
   if (!with_tiles_ || !make_room(job)) {
@@ -157,8 +158,9 @@ void JobFeed::take_denoised(const Result<LiveDenoiser::Picture>& picture) {
   if (picture.ok()) {
     denoised_version_ = picture->film_version;
     for (const DenoisedTile& tile : picture->tiles) {
-      if (tile.samples > 0) {
-        tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, tile.rect, tile.samples, tile.pixels));
+      const std::pair corner{tile.rect.y, tile.rect.x};
+      if (tile.samples > 0 || tiles_.has(corner)) {  // its samples may have been wrong
+        tiles_.put(corner, tile_field(job_, layer_, tile.rect, tile.samples, tile.pixels));
       }
     }
   }

@@ -20,6 +20,11 @@ namespace lightmill {
 struct TileBudget {
   static constexpr std::size_t kTileBytes = 32 << 10;
   std::size_t most = 0, taken = 0;  ///< tiles
+  /// Pixels of a picture that is denoised. Its memory is half of that of all tiles at most.
+  std::int64_t most_denoised() const {
+    constexpr std::size_t kBytesOfPixel = 256;
+    return std::min(kMaxDenoisedPixels, static_cast<std::int64_t>(most * kTileBytes / 2 / kBytesOfPixel));
+  }
 };
 
 /// Used on the web thread. It is shared, because functions on the farm thread may end later than the feed.
@@ -36,7 +41,7 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   /// Whether it or its picture failed, and another attempt may succeed.
   bool may_retry() const {
     const bool too_large = picture_failure_.code() == StatusCode::kFailedPrecondition;
-    return !failure_.ok() || (!picture_failure_.ok() && !too_large && fits());
+    return !failure_.ok() || (!picture_failure_.ok() && !too_large && (has_room_ || fits()));
   }
 
   const std::string& owner() const { return owner_; }

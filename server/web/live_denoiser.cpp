@@ -111,7 +111,11 @@ void LiveDenoiser::run() {
     if (!work->film.ok()) {
       *picture = work->film.status();
     } else if (!work->film->tiles.empty()) {
-      (*picture)->tiles = denoised_tiles(*work->film);
+      try {
+        (*picture)->tiles = denoised_tiles(*work->film);
+      } catch (const std::bad_alloc&) {
+        *picture = resource_exhausted("the coordinator has too little memory to denoise it");
+      }
     }
     on_web_thread_([picture, done = std::move(work->done)] { done(*picture); });
     work.reset();

@@ -45,6 +45,8 @@ async function middleOf(layer, samples = '64') {
   return middle();
 }
 
+const layerOf = (somePage) => somePage.getByRole('combobox', {name: 'Layer'});
+
 const sumOf = (...values) => values[0].map((_, i) => values.reduce((sum, each) => sum + each[i], 0));
 
 function assertNear(got, expected, what) {
@@ -57,7 +59,7 @@ test('every layer is shown, and the parts of the light add up to the picture', a
   job = session.farm.lightmill('submit', twoLights(), '--size', '160x160', '--spp', '64', '--layers', layers, '--method', 'path').trim();
   page = await session.open(`#/jobs/${job}`);
   await session.waitForState(job, 'DONE');
-  const layer = page.getByRole('combobox', {name: 'Layer'});
+  const layer = layerOf(page);
   await layer.waitFor();
   const offered = await layer.locator('option').allTextContents();
   assert.deepEqual(offered, ['Beauty', 'Direct light', 'Indirect light', 'Albedo', 'Light: lamp', 'Light: blue', 'All other light', 'Normals', 'Depth']);
@@ -111,7 +113,7 @@ test('a job with features shows its denoised picture, unless the raw one is chos
   const before = page;
   page = await session.open(`#/jobs/${noisy}`);
   await session.waitForState(noisy, 'DONE');
-  const layer = page.getByRole('combobox', {name: 'Layer'});
+  const layer = layerOf(page);
   await layer.waitFor();
   assert.deepEqual(await layer.locator('option').allTextContents(), ['Beauty', 'Denoised']);
   assert.equal(await layer.inputValue(), 'denoised');
@@ -124,14 +126,35 @@ test('a job with features shows its denoised picture, unless the raw one is chos
     const denoised = await middleOf('Denoised', '8');
     return denoised.some((value, i) => value !== raw[i]) && denoised.every((value, i) => value > raw[i] / 4 && value < 4 * raw[i]);
   });
-  await eventually('its link names no layer', () => !page.url().includes('layer='));
+  await eventually('the address follows', () => page.url().includes('layer=denoised'));
   if (pictures) {
     await page.screenshot({path: join(pictures, 'layer-denoised.png')});
   }
+  await page.context().close();
+  page = await session.open(`#/jobs/${noisy}`);
+  await layerOf(page).waitFor();
   await page.getByRole('combobox', {name: 'Show'}).selectOption({label: 'Standard error'});
-  assert.equal(await layer.inputValue(), '');
+  assert.equal(await layerOf(page).inputValue(), '');
   await page.getByRole('combobox', {name: 'Show'}).selectOption({label: 'Colour'});
-  assert.equal(await layer.inputValue(), 'denoised');
+  assert.equal(await layerOf(page).inputValue(), 'denoised');
+  await page.context().close();
+  page = await session.open(`#/jobs/${noisy}?with=${job}`);
+  await layerOf(page).waitFor();
+  assert.equal(await layerOf(page).inputValue(), '', 'raw pictures are compared');
+  await page.context().close();
+  page = before;
+});
+
+test('a picture that is too large to be denoised is shown raw, without a failure', async () => {
+  const large = session.farm.lightmill('submit', join(kSource, 'scenes/cornell-bench-blocks.json'), '--size', '2048x1025', '--seconds', '0.5', '--denoise', '--method', 'preview').trim();
+  const before = page;
+  page = await session.open(`#/jobs/${large}`);
+  await layerOf(page).waitFor();
+  await session.waitForState(large, 'DONE');
+  await eventually('the raw picture', async () => (await layerOf(page).inputValue()) === '' && (await page.locator('canvas[data-drawn]').count()) === 1);
+  assert.equal(await page.getByRole('alert').count(), 0);
+  await layerOf(page).selectOption({label: 'Denoised'});
+  await eventually('the reason', async () => /2099200 pixels/.test(await page.getByRole('alert').textContent()));
   await page.context().close();
   page = before;
 });

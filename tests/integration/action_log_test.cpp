@@ -266,7 +266,7 @@ TEST(ActionLog, RefusalsAreRecordedUpToALimit) {
                                           "ada by certificate job 0 ListTokens refused",
                                           "root by certificate job 0 CreateToken done",
                                           "vic by token job 7 CancelJob refused",
-                                          "- job 0 GetFilm refused"};  // requests of strangers are not read
+                                          "- job 1 GetFilm refused"};
   EXPECT_EQ(lines(actions(root)), expected);
   EXPECT_EQ(actions(root)[3].token(), token_id(token).value());
   EXPECT_NE(actions(root)[3].message().find("the job belongs to another user"), std::string::npos);
@@ -275,7 +275,7 @@ TEST(ActionLog, RefusalsAreRecordedUpToALimit) {
   }
   EXPECT_EQ(lines(actions(root)), expected) << "the same again";
   for (std::uint64_t job = 1; job <= 300; ++job) {
-    ask("CancelJob", of_job<v1::CancelJobRequest>(job), viewer);
+    ask("GetJob", of_job<v1::GetJobRequest>(job), "");
   }
   EXPECT_LT(actions(root).size(), expected.size() + 150);
   EXPECT_GE(actions(root).size(), expected.size() + 90);

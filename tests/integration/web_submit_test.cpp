@@ -166,7 +166,11 @@ TEST(WebSubmit, LargeScenesAreStoredAndReturnedWhole) {
   WebFarm web;
   JobSpec spec = job_of(submitted_picture(), "large");
   spec.settings.assets = {};
-  spec.settings.scene = std::string(std::size_t{16} << 20, '\xff');  // no scene; the worker that reads it finds out
+  spec.settings.scene = std::string(std::size_t{16} << 20, '\xff');
+  const Response refused = web.post("/api/v1/jobs", submit_body(spec));
+  EXPECT_EQ(refused.result_int(), 400u);
+  EXPECT_TRUE(says(refused, "a packed scene of 16777216 bytes is damaged"));
+  spec.settings.renderer_version = "another";  // may read it
   const Response submitted = web.post("/api/v1/jobs", submit_body(spec));
   ASSERT_EQ(submitted.result_int(), 200u) << submitted.body().substr(0, 500);
   const std::string id = json::parse(submitted.body())["id"];

@@ -41,6 +41,11 @@ Result<Comparison> compare_files(const ErrorOptions& options) {
   return comparison;
 }
 
+/// [x, y, width, height]; null for the whole reference.
+nlohmann::json part_json(const std::optional<ImageWindow>& part) {
+  return part ? nlohmann::json{part->x, part->y, part->width, part->height} : nlohmann::json(nullptr);
+}
+
 bool is_png(const std::string& file) {
   return std::filesystem::path(file).extension() == ".png";
 }
@@ -69,7 +74,8 @@ Result<ExitCode> show_error(const Console& console, const ErrorOptions& options)
                                 {"smape", error->smape},
                                 {"flip", comparison->flip},
                                 {"flip_hdr", comparison->flip_hdr},
-                                {"max_abs", error->max_abs}});
+                                {"max_abs", error->max_abs},
+                                {"part", part_json(comparison->part)}});
   if (error->max_abs == 0) {
     console.result("the pictures are equal: all pixels have the same values");
     return kDone;

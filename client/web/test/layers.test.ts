@@ -25,14 +25,16 @@ test('the page shows layers that are pictures, and mixes those that are light', 
   expect(['', 'denoised', 'direct', 'light:key', 'light:rest'].map(layerLabel)).toEqual(['Beauty', 'Denoised', 'Direct light', 'Light: key', 'All other light']);
 });
 
-test('the denoised picture is shown by default, but errors and mixes are of the raw one', () => {
+test('the denoised picture is shown by default, but errors, counts, comparisons and mixes are of the raw one', () => {
   const shown = shownLayers(['light:key', 'light:rest', 'features']);
-  expect(defaultLayer(shown, 'color', new Map())).toBe('denoised');
-  expect(defaultLayer(shown, 'samples', new Map())).toBe('denoised');
-  expect(defaultLayer(shown, 'error', new Map())).toBe('');
-  expect(defaultLayer(shown, 'relative-error', new Map())).toBe('');
-  expect(defaultLayer(shown, 'color', new Map([['light:key', {stops: 1, tint: [1, 1, 1]}]]))).toBe('');
-  expect(defaultLayer(shownLayers(['normal']), 'color', new Map())).toBe('');
+  expect(defaultLayer(shown, 'color', new Map(), false)).toBe('denoised');
+  expect(defaultLayer(shown, 'red', new Map(), false)).toBe('denoised');
+  expect(defaultLayer(shown, 'color', new Map(), true)).toBe('');
+  for (const show of ['samples', 'error', 'relative-error'] as const) {
+    expect(defaultLayer(shown, show, new Map(), false)).toBe('');
+  }
+  expect(defaultLayer(shown, 'color', new Map([['light:key', {stops: 1, tint: [1, 1, 1]}]]), false)).toBe('');
+  expect(defaultLayer(shownLayers(['normal']), 'color', new Map(), false)).toBe('');
 });
 
 test('a mix is the weighted sum of its layers, with their least sample count', () => {

@@ -29,9 +29,10 @@ export function shownLayers(layers: readonly string[]): string[] {
   return layers.includes(kFeatures) ? [kDenoised, ...pictures] : pictures;
 }
 
-/** The layer that is shown unless the user chooses one; beauty is ''. Errors and mixes of light groups are of the raw picture. */
-export function defaultLayer(shown: readonly string[], show: Show, relight: Relight): string {
-  return shown.includes(kDenoised) && relight.size === 0 && show !== 'error' && show !== 'relative-error' ? kDenoised : '';
+/** The layer that is shown unless the user chooses one; beauty is ''. Errors, counts, comparisons and mixes are of the raw picture. */
+export function defaultLayer(shown: readonly string[], show: Show, relight: Relight, comparing: boolean): string {
+  const plain = show !== 'error' && show !== 'relative-error' && show !== 'samples';
+  return shown.includes(kDenoised) && relight.size === 0 && plain && !comparing ? kDenoised : '';
 }
 
 /** The light layers, which add up to all of the light. Empty if the job has no light groups. */

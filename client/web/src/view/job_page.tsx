@@ -103,12 +103,14 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const {editor, failure: notEdited} = useEditor(id, editing);
   const {camera, against, region} = view;
   const pictures = useMemo(() => shownLayers(job?.layers ?? []), [job?.layers.join()]);
-  const chosenByPage = defaultLayer(pictures, view.display.show, view.relight);
-  const layer = view.layer !== undefined && ['', ...pictures].includes(view.layer) ? view.layer : chosenByPage;
+  const chosen = view.layer !== undefined && ['', ...pictures].includes(view.layer) ? view.layer : undefined;
+  const wanted = chosen ?? defaultLayer(pictures, view.display.show, view.relight, against !== undefined);
+  // A denoised picture that cannot be shown, and that nobody has chosen, is no failure.
+  const layer = chosen === undefined && layerFailures.has(wanted) ? '' : wanted;
   const lights = useMemo(() => lightLayers(job?.layers ?? []), [job?.layers.join()]);
   const mixing = view.relight.size > 0 && layer === '' && !editing;
   const relit = useRelit(job, mixing ? lights : kNone, view.relight, layers);
-  useEffect(() => farm.watchLayers(layer ? [layer] : mixing ? lights : kNone), [id, layer, mixing, lights]);
+  useEffect(() => farm.watchLayers(wanted ? [wanted] : mixing ? lights : kNone), [id, wanted, mixing, lights]);
   // The raw picture is shown until there is a denoised one.
   const film = layer === kDenoised ? (layers.get(layer) ?? beauty) : layer ? layers.get(layer) : (relit ?? beauty);
   const notShown = failureOf(layerFailures, layer ? [layer] : mixing ? ['', ...lights] : ['']);
@@ -140,7 +142,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
     // The exposure of depth is not used for other layers.
     const exposure = layer === kDepth ? exposureBefore.current : view.display.exposure;
     exposureBefore.current = exposure;
-    change({layer: next === chosenByPage ? undefined : next, display: {...view.display, exposure}});
+    change({layer: next, display: {...view.display, exposure}});
   };
   useFirstExposure(layer === kDepth ? film : undefined, () => normalize());
   const normalize = () => film && onDisplay({...display, exposure: exposureFor(someLuminances(film))});
@@ -180,7 +182,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="The whole film: layers, halves, counts, receipt">
           EXR
         </a>
-        <button type="button" disabled={!film} title="What is shown: the chosen layer, with exposure and view" onClick={() => film && void downloadPng(film, display, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
+        <button type="button" disabled={!film} title="What is shown: the chosen layer, with exposure and view" onClick={() => film && void downloadPng(film, display, `job-${id}${film.layer ? `-${film.layer.replace(':', '-')}` : ''}`)}>
           PNG
         </button>
         <button type="button" onClick={() => void copyLink()}>

@@ -1,0 +1,47 @@
+#include "server/listen/unread_bytes.h"
+
+#include <algorithm>
+
+namespace lightmill {
+namespace {
+
+/// The part of a caller's limit that a connection may have even if others of the caller have most. Workers may share an
+/// identity.
+constexpr std::uint64_t kShareOfOne = 256;
+
+}  // namespace
+
+std::vector<UnreadBytes::Id> UnreadBytes::over(std::span<const Received> known) {
+  struct Unread {
+    std::uint64_t bytes;
+    const Received* connection;
+  };
+  std::vector<Unread> all;
+  std::unordered_map<std::string, std::uint64_t> of_callers;
+  std::unordered_map<Id, std::uint64_t> still_there;
+  std::uint64_t sum = 0;
+  for (const Received& each : known) {
+    const auto found = taken_.find(each.id);
+    // Nobody gets credit for bytes that were not sent.
+    const std::uint64_t taken = std::min(found == taken_.end() ? 0 : found->second, each.bytes);
+    still_there.emplace(each.id, taken);
+    all.push_back({each.bytes - taken, &each});
+    of_callers[each.caller] += all.back().bytes;
+    sum += all.back().bytes;
+  }
+  taken_ = std::move(still_there);
+  std::ranges::sort(all, std::greater(), &Unread::bytes);
+  std::vector<Id> out;
+  for (const auto& [bytes, connection] : all) {
+    std::uint64_t& of_caller = of_callers[connection->caller];
+    const bool one_of_many = bytes <= limits_.of_caller / kShareOfOne;
+    if (bytes > limits_.of_connection || (!one_of_many && (of_caller > limits_.of_caller || sum > limits_.of_all))) {
+      out.push_back(connection->id);
+      of_caller -= bytes;
+      sum -= bytes;
+    }
+  }
+  return out;
+}
+
+}  // namespace lightmill
