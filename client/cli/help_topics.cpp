@@ -196,6 +196,7 @@ void explain_scenes(const Console& console) {
                         {"FILE.json", "a scene document; `scenes/NAME` stands for scenes/NAME.json"},
                         {"FILE.obj...", "one or several Wavefront files, with their .mtl files"},
                         {"FILE.gltf, FILE.glb", "glTF 2.0"},
+                        {"FILE.ply, FILE.stl", "one mesh, with the colours of its vertices (PLY)"},
                         {"FILE.pbrt", "a scene of pbrt-v4, with the files that it includes"},
                         {"FILE.xml", "a scene of Mitsuba 3, with the files that it includes"},
                         {"FILE.blend", "read by Blender: the `blender` on the PATH, or that of LIGHTMILL_BLENDER"}});
@@ -206,7 +207,7 @@ void explain_scenes(const Console& console) {
        {"--camera NAME", "the file's camera with this name, or with this number, from 1"},
        {"--camera FILE", "a JSON file with a camera, as `lightmill check --save-camera` writes it"},
        {"--camera auto", "a view of everything from the front, above and right. Scenes without a camera get it"},
-       {"--sky auto", "OBJ and glTF files without a light source get a uniform white sky"},
+       {"--sky auto", "OBJ, glTF, PLY and STL files without a light source get a uniform white sky"},
        {"--sky on, --sky off", "every scene gets it, or none"},
        {"--at SECONDS", "a glTF file at this moment of its first animation, or of the one given by --animation"},
        {"--mtl course", "Ka in MTL files is emission. The default if only some materials have Ka, and none has Ke"},

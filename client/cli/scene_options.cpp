@@ -28,7 +28,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option(
           "SCENE", options.scenes,
-          "a scene document (.json), Wavefront OBJ files, a glTF file, a pbrt or Mitsuba scene, or a .blend file "
+          "a scene document (.json), Wavefront OBJ files, a glTF, PLY or STL file, a pbrt or Mitsuba scene, or a .blend file "
           "(`lightmill help scenes`)")
       ->type_name("FILE")
       ->required();
@@ -41,8 +41,9 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                   "meaning of Ka in MTL files: emission (course), or ambient light, which is ignored (standard)")
       ->type_name("course|standard");
   command
-      .add_option("--sky", options.sky,
-                  "a uniform white sky: on, off, or auto, which adds it to OBJ and glTF files without a light source")
+      .add_option(
+          "--sky", options.sky,
+          "a uniform white sky: on, off, or auto, which adds it to OBJ, glTF, PLY and STL files without a light source")
       ->type_name("auto|on|off")
       ->capture_default_str();
   command.add_option("--at", options.at, "show a glTF file at this moment of its animation")

@@ -1,6 +1,7 @@
 #include "common/scene_io/load.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "common/base/number_text.h"
@@ -18,10 +19,11 @@ namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t kMaxFileBytes = std::uint64_t{4} << 30;
 constexpr std::string_view kExpected =
-    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba "
-    "scene (.xml) or a .blend file is expected";
+    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a mesh (.ply, .stl), a pbrt scene "
+    "(.pbrt), a Mitsuba scene (.xml) or a .blend file is expected";
+/// Endings of the files that are read here.
+constexpr std::array<std::string_view, 8> kEndings{".json", ".obj", ".gltf", ".glb", ".ply", ".stl", ".pbrt", ".xml"};
 
 bool is_gltf(const fs::path& path) {
   return lower_ending(path) == ".gltf" || lower_ending(path) == ".glb";
@@ -38,8 +40,7 @@ Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
   if (!files.is_file(path)) {
     return invalid_argument("{} is not a file: {}", path.string(), kExpected);
   }
-  if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && lower_ending(path) != ".pbrt" &&
-      lower_ending(path) != ".xml" && !is_gltf(path)) {
+  if (std::ranges::find(kEndings, lower_ending(path)) == kEndings.end()) {
     return invalid_argument("{}: {}", path.string(), kExpected);
   }
   return path;
@@ -71,6 +72,9 @@ Result<LoadedScene> load_files(const std::vector<fs::path>& paths, const LoadOpt
     return load_with(read_mitsuba, paths[0], kMaxDocumentBytes, files);
   }
   const bool add_sky_if_unlit = options.sky == SkyChoice::automatic;
+  if (lower_ending(paths[0]) == ".ply" || lower_ending(paths[0]) == ".stl") {
+    return load_mesh_file(paths[0], add_sky_if_unlit, files);
+  }
   const auto read = [&](std::string bytes, const std::string& name, FileSource named) {
     return read_gltf(
         std::move(bytes), name,
@@ -160,8 +164,8 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
       std::all_of(files.begin(), files.end(), [](const fs::path& file) { return lower_ending(file) == ".obj"; });
   if (files.size() > 1 && !all_objs) {
     return invalid_argument(
-        "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got {} "
-        "files that are not all .obj",
+        "one scene document, one glTF file, one mesh, one pbrt or Mitsuba scene or any number of .obj files are "
+        "expected, got {} files that are not all .obj",
         files.size());
   }
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, load_files(files, options));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/materials/texture.h"
 #include "common/scene_io/polygon.h"
 #include "common/scene_io/statement_reader.h"
 
@@ -53,7 +54,8 @@ struct Element {
 
 class PlyReader {
  public:
-  PlyReader(std::string_view bytes, const std::string& file_name) : rest_(bytes), file_name_(file_name) {}
+  PlyReader(std::string_view bytes, const std::string& file_name, std::vector<std::string>* notices)
+      : rest_(bytes), file_name_(file_name), notices_(notices) {}
 
   Result<Mesh> read() {
     LM_RETURN_IF_ERROR(read_header());
@@ -254,6 +256,10 @@ class PlyReader {
       return error("vertices have no x, y and z");
     }
     const bool normals = normal[0] && normal[1] && normal[2];
+    const std::array color{find(element, "red"), find(element, "green"), find(element, "blue")};
+    const bool colors = notices_ != nullptr && color[0] && color[1] && color[2];
+    const std::optional<std::size_t> alpha = colors ? find(element, "alpha") : std::nullopt;
+    bool has_alpha = false;
     std::vector<double> row(element.properties.size());
     for (std::uint64_t index = 0; index < element.count; ++index) {
       for (std::size_t i = 0; i < row.size(); ++i) {
@@ -269,12 +275,27 @@ class PlyReader {
         };
         mesh_.normals.push_back({part(n[0]), part(n[1]), part(n[2])});
       }
+      if (colors) {
+        const auto part = [&](std::size_t i) {
+          const double value = row[i] / most_of(element.properties[i].type);
+          return value >= 0 && value <= 1 ? value : value > 1 ? 1.0 : 0.0;
+        };
+        const auto linear = [&](std::size_t i) { return static_cast<float>(srgb_decode_fixed(part(*color[i]))); };
+        mesh_.colors.push_back({linear(0), linear(1), linear(2), 1});
+        has_alpha = has_alpha || (alpha && part(*alpha) < 1);
+      }
       if (uv[0]) {
         mesh_.texture_coordinates.push_back({static_cast<float>(row[*uv[0]]), static_cast<float>(row[*uv[1]])});
       }
     }
+    if (has_alpha) {
+      notices_->push_back(fmt::format("left out: alpha of vertex colours of {}", file_name_));
+    }
     return ok_status();
   }
+
+  /// The value of a whole colour.
+  static double most_of(Scalar type) { return type == Scalar::uint8 ? 255 : type == Scalar::uint16 ? 65535 : 1; }
 
   /// Polygons are cut later, because vertices may follow.
   Status read_faces(const Element& element) {
@@ -335,6 +356,7 @@ class PlyReader {
 
   std::string_view rest_;
   const std::string& file_name_;
+  std::vector<std::string>* const notices_;
   int line_ = 0;
   Format format_ = Format::ascii;
   std::vector<Element> elements_;
@@ -346,8 +368,8 @@ class PlyReader {
 
 }  // namespace
 
-Result<Mesh> read_ply(std::string_view bytes, const std::string& file_name) {
-  return PlyReader(bytes, file_name).read();
+Result<Mesh> read_ply(std::string_view bytes, const std::string& file_name, std::vector<std::string>* notices) {
+  return PlyReader(bytes, file_name, notices).read();
 }
 
 }  // namespace lightmill

@@ -3,7 +3,8 @@ import {humanBytes, isPart, misplaced, namesIn, resolved, sceneChoices} from '..
 
 test('the highest file is the scene, and a mesh is one only if there is no other', () => {
   expect(sceneChoices(['s/assets/part.gltf', 's/room.json', 's/assets/box.obj'])).toEqual([['s/room.json'], ['s/assets/part.gltf']]);
-  expect(sceneChoices(['b.obj', 'a.obj', 'a.mtl'])).toEqual([['a.obj', 'b.obj']]);
+  expect(sceneChoices(['b.obj', 'a.obj', 'a.mtl', 'c.ply'])).toEqual([['a.obj', 'b.obj']]);
+  expect(sceneChoices(['b.STL', 'a.ply', 'a.png'])).toEqual([['a.ply'], ['b.STL']]);
   expect(sceneChoices(['s/room.pbrt', 's/geometry/walls.pbrt', 's/m.ply'])).toEqual([['s/room.pbrt'], ['s/geometry/walls.pbrt']]);
   expect(sceneChoices(['s/room.xml', 's/m.serialized'])).toEqual([['s/room.xml']]);
   expect(sceneChoices(['a.png'])).toEqual([]);

@@ -68,22 +68,21 @@ TEST_F(Load, BadFilesAreNamed) {
   std::filesystem::create_directory(folder_ / "farm");
   EXPECT_TRUE(error({folder_ / "farm"}).starts_with("farm is not a file: a scene document"))
       << error({folder_ / "farm"});
-  for (const char* const name : {"empty.gltf", "empty.glb", "empty.pbrt", "empty.xml"}) {
+  for (const char* const name : {"empty.gltf", "empty.glb", "empty.ply", "empty.stl", "empty.pbrt", "empty.xml"}) {
     EXPECT_EQ(error({write(name, "")}), std::string(name) + ": the file is empty");
   }
   EXPECT_EQ(error({write("empty.json", "")}), "empty.json:1:1: the file is empty");
   EXPECT_EQ(
-      error({write("a.stl", "")}),
-      "a.stl: a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba scene "
-      "(.xml) or a .blend file is expected");
-  EXPECT_EQ(
-      error({}),
-      "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba scene "
-      "(.xml) or a .blend file is expected, got none");
+      error({write("a.fbx", "")}),
+      "a.fbx: a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a mesh (.ply, .stl), a pbrt "
+      "scene (.pbrt), a Mitsuba scene (.xml) or a .blend file is expected");
+  EXPECT_EQ(error({}),
+            "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a mesh (.ply, .stl), a pbrt "
+            "scene (.pbrt), a Mitsuba scene (.xml) or a .blend file is expected, got none");
   const auto json = write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
   EXPECT_EQ(
       error({json, json}),
-      "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got 2 files that are not all .obj");
+      "one scene document, one glTF file, one mesh, one pbrt or Mitsuba scene or any number of .obj files are expected, got 2 files that are not all .obj");
   EXPECT_EQ(error({json}),
             "scene.json:3:31: objects[0].mesh.file: cannot open assets/a.obj: No such file or directory");
   write("assets/a.obj", "v 0 0 0\n");
@@ -275,7 +274,7 @@ TEST_F(Load, GltfFilesBringTheirFilesAndCameras) {
   EXPECT_EQ(error({path}), "model.gltf: buffers[0].uri: cannot open assets/my data.bin: No such file or directory");
   EXPECT_EQ(
       error({path, path}),
-      "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got 2 files that are not all "
+      "one scene document, one glTF file, one mesh, one pbrt or Mitsuba scene or any number of .obj files are expected, got 2 files that are not all "
       ".obj");
 }
 

@@ -74,6 +74,32 @@ TEST_F(MissingParts, TheSameMeshInAGltfFileHasTheSameViewAndSky) {
 }
 
 // Its picture must stay as it was, whatever is in the room and however little it emits.
+TEST_F(MissingParts, MeshFilesAreSeenAsAWholeAndLit) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n0 2 0\n3 0 1 2\n";
+  const std::string stl =
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 2 0\nendloop\nendfacet\n"
+      "endsolid a\n";
+  for (const auto& [name, text] : {std::pair{"a.ply", ply}, {"A.STL", stl}}) {
+    const Result<LoadedScene> loaded = load({write(name, text)});
+    ASSERT_TRUE(loaded.ok()) << loaded.status();
+    const Scene& scene = loaded->scene;
+    ASSERT_EQ(scene.objects.size(), 1u);
+    EXPECT_EQ(scene.objects[0].name, name == std::string("a.ply") ? "a" : "A");
+    EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(scene.materials.at(0).kind));
+    ASSERT_EQ(scene.lights.size(), 1u);
+    expect_near(scene.camera.look_at, {1, 1, 0}, 1e-9);
+    ASSERT_EQ(loaded->notices.size(), 3u);
+    EXPECT_TRUE(loaded->notices[0].ends_with("the file has no materials: it is rendered as grey diffuse"))
+        << loaded->notices[0];
+  }
+  EXPECT_NE(error({write("a.ply", ply), write("b.ply", ply)}).find("one mesh"), std::string::npos);
+  LoadOptions dark;
+  dark.sky = SkyChoice::off;
+  EXPECT_TRUE(load({write("a.ply", ply)}, dark)->scene.lights.empty());
+}
+
 TEST_F(MissingParts, TheCoursesCornellBoxGetsItsViewAndNoSky) {
   const fs::path assets = test::source_file("scenes/assets");
   for (const std::vector<fs::path>& files :

@@ -75,6 +75,38 @@ TEST(Ply, AllFormatsGiveTheSameMesh) {
   }
 }
 
+TEST(Ply, VerticesMayHaveColours) {
+  const auto colors = [](const std::string& type, const std::string& colors_of_one, std::vector<std::string>& notices) {
+    const Result<Mesh> mesh =
+        read_ply(fmt::format("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                             "property float z\nproperty {0} red\nproperty {0} green\nproperty {0} blue\n"
+                             "property {0} alpha\nelement face 1\nproperty list uchar int vertex_index\nend_header\n"
+                             "0 0 0 {1}\n1 0 0 {1}\n0 1 0 {1}\n3 0 1 2\n",
+                             type, colors_of_one),
+                 "a.ply", &notices);
+    EXPECT_TRUE(mesh.ok()) << mesh.status();
+    return mesh.value_or(Mesh{}).colors;
+  };
+  const std::string left_out = "left out: alpha of vertex colours of a.ply";
+  for (const auto& [type, written] : {std::pair{"uchar", "255 0 51 255"},
+                                      {"ushort", "65535 0 13107 65535"},
+                                      {"float", "1 0 0.2 1"},
+                                      {"double", "7 -3 0.2 1"}}) {
+    std::vector<std::string> notices;
+    const auto read = colors(type, written, notices);
+    ASSERT_EQ(read.size(), 3u);
+    EXPECT_EQ(read[2][0], 1) << type;
+    EXPECT_EQ(read[2][1], 0) << type;
+    EXPECT_NEAR(read[2][2], std::pow((0.2 + 0.055) / 1.055, 2.4), 1e-5) << "the sRGB curve";
+    EXPECT_EQ(read[2][3], 1) << type;
+    EXPECT_TRUE(notices.empty());
+  }
+  std::vector<std::string> notices;
+  EXPECT_EQ(colors("uchar", "255 255 255 100", notices)[0], (std::array<float, 4>{1, 1, 1, 1}));
+  EXPECT_EQ(notices, std::vector{left_out});
+  EXPECT_TRUE(read_ply(ascii(), "a.ply")->colors.empty()) << "no colours are wanted";
+}
+
 TEST(Ply, ErrorsNameTheirPlace) {
   EXPECT_EQ(error_of("solid x"), "a.ply: a PLY file begins with the line \"ply\"");
   EXPECT_EQ(error_of("ply\nformat ascii 1.0\n"), "a.ply: the header has no end_header");

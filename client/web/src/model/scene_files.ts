@@ -2,8 +2,10 @@
 
 const kScenes = /\.(json|gltf|glb|pbrt|xml)$/i;
 const kMeshes = /\.obj$/i;
+/** Meshes that are scenes if there is nothing else. Scenes name such files, too. */
+const kSingleMeshes = /\.(ply|stl)$/i;
 /** Kinds of files that scenes name: meshes, buffers, materials, images and photometry. */
-const kParts = /\.(json|gltf|glb|obj|mtl|pbrt|xml|ply|serialized|spd|bin|png|jpe?g|exr|hdr|pic|tiff?|tga|bmp|gif|webp|ies)$/i;
+const kParts = /\.(json|gltf|glb|obj|mtl|pbrt|xml|ply|stl|serialized|spd|bin|png|jpe?g|exr|hdr|pic|tiff?|tga|bmp|gif|webp|ies)$/i;
 /** The kinds whose content names further files. */
 const kTexts = /\.(json|gltf|obj|mtl|pbrt|xml)$/i;
 /** Larger files are not searched. The files that they name must be at the named paths. */
@@ -30,14 +32,15 @@ export function isSearched({path, size}: DroppedFile): boolean {
 }
 
 /**
- * The choices of a scene: each is one file, or all meshes together if there is nothing else. Files nearest to the top come first, because
+ * The choices of a scene: each is one file, or all OBJ files together, or a mesh, if there is nothing else. Files nearest to the top come first, because
  * deeper ones are more likely parts of them.
  */
 export function sceneChoices(paths: readonly string[]): string[][] {
   const depth = (path: string) => path.split('/').length;
   const scenes = paths.filter((path) => kScenes.test(path)).sort((a, b) => depth(a) - depth(b) || (a < b ? -1 : 1));
   const meshes = paths.filter((path) => kMeshes.test(path)).sort();
-  return scenes.length > 0 ? scenes.map((path) => [path]) : meshes.length > 0 ? [meshes] : [];
+  const single = paths.filter((path) => kSingleMeshes.test(path)).sort();
+  return scenes.length > 0 ? scenes.map((path) => [path]) : meshes.length > 0 ? [meshes] : single.map((path) => [path]);
 }
 
 /** "a/b/../c" is "a/c"; undefined if it leads out of the folder. */

@@ -63,7 +63,7 @@ export async function sendFiles(dropped: readonly SceneFile[], onProgress: (prog
   const files = dropped.filter(({path}) => isPart(path));
   const choices = sceneChoices(files.map(({path}) => path));
   if (choices.length === 0) {
-    throw new Error('None of these files is a scene: drop a .json, .gltf, .glb, .pbrt, .xml or .obj file, with the files that it names or the folder that holds all of them.');
+    throw new Error('None of these files is a scene: drop a .json, .gltf, .glb, .pbrt, .xml, .obj, .ply or .stl file, with the files that it names or the folder that holds all of them.');
   }
   if (files.length > kMaxFiles) {
     throw new Error(`${files.length} files are too many (limit ${kMaxFiles}): drop the scene's own folder.`);

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Renders all models of a folder, and makes a page of the pictures with what each model lacks:
+
+    tests/bench/models.py FOLDER OUT [--size 320x240] [--spp 64] [--formats gltf,glb,obj,ply,stl]
+
+OUT gets index.html, the pictures, and models.json. The exit code is 0 although models are refused: the page says why.
+"""
+import argparse
+import collections
+import html
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+from measured_farm import PROGRAMS, farm
+
+STYLE = """body{font:14px/1.4 sans-serif;margin:24px}main{display:grid;grid-template-columns:repeat(auto-fill,minmax(320px,1fr));gap:16px}
+figure{margin:0;border:1px solid #bbb;border-radius:6px;overflow:hidden}img{width:100%;display:block;background:#444}
+figcaption{padding:8px}ul{margin:4px 0;padding-left:18px;color:#555}.refused{background:#fee}"""
+
+
+def run(*words):
+    return subprocess.run([str(PROGRAMS / "lightmill"), *map(str, words)], capture_output=True, text=True, check=False)
+
+
+def render(server, model, picture, options):
+    """What happened to one model, as a dict."""
+    begin = time.monotonic()
+    made = run("render", model, *server, "--size", options.size, "--spp", options.spp, "-o", picture)
+    lines = made.stderr.splitlines()
+    row = {"notes": [line.removeprefix("note: ") for line in lines if line.startswith("note: ")],
+           "seconds": round(time.monotonic() - begin, 2)}
+    if made.returncode != 0:
+        wrong = [line for line in lines if line.startswith("lightmill: ")]
+        row["refused"] = wrong[-1].removeprefix("lightmill: ") if wrong else made.stderr[-500:]
+    return row
+
+
+def page(rows, folder):
+    figures = []
+    for name, row in rows.items():
+        notes = "".join(f"<li>{html.escape(note.replace(str(folder) + '/', ''))}</li>" for note in row["notes"])
+        picture = f'<img src="{row["picture"]}" alt="">' if "refused" not in row else ""
+        refused = f"<p>{html.escape(row['refused'].replace(str(folder) + '/', ''))}</p>" if "refused" in row else ""
+        figures.append(f'<figure class="{"refused" if refused else ""}">{picture}<figcaption><b>{html.escape(name)}</b> '
+                       f'{row["seconds"]} s{refused}<ul>{notes}</ul></figcaption></figure>')
+    return f'<!doctype html><meta charset="utf-8"><title>Models</title><style>{STYLE}</style><main>{"".join(figures)}</main>'
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("--size", default="320x240")
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--formats", default="gltf,glb,obj,ply,stl")
+    options = parser.parse_args()
+    formats = {f".{each}" for each in options.formats.split(",")}
+    models = sorted(path for path in options.folder.rglob("*") if path.suffix.lower() in formats and path.is_file())
+    options.out.mkdir(parents=True, exist_ok=True)
+    rows, reasons = {}, collections.Counter()
+    with tempfile.TemporaryDirectory() as private, farm(pathlib.Path(private), 2) as here:
+        for number, model in enumerate(models):
+            name = str(model.relative_to(options.folder))
+            picture = f"{number:03}.png"
+            rows[name] = {"picture": picture, **render(here.server, model, options.out / picture, options)}
+            state = f"refused: {rows[name]['refused']}" if "refused" in rows[name] else f"{len(rows[name]['notes'])} notes"
+            print(f"{number + 1}/{len(models)}  {name}  {rows[name]['seconds']} s  {state}", file=sys.stderr, flush=True)
+            reasons["refused" if "refused" in rows[name] else "rendered"] += 1
+    (options.out / "models.json").write_text(json.dumps(rows, indent=1))
+    (options.out / "index.html").write_text(page(rows, options.folder))
+    print(f"{reasons['rendered']} rendered, {reasons['refused']} refused: {options.out / 'index.html'}")
+
+
+if __name__ == "__main__":
+    main()
