@@ -147,7 +147,7 @@ void choose_sky(SkyChoice sky, LoadedScene& loaded) {
     remove_world(loaded);
   }
   if (sky == SkyChoice::on) {
-    add_sky(loaded);
+    add_uniform_sky(loaded);
   }
 }
 

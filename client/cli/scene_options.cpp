@@ -43,7 +43,8 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option(
           "--sky", options.sky,
-          "a uniform white sky: on, off, or auto, which adds it to OBJ, glTF, PLY and STL files without a light source")
+          "on adds a uniform white sky, off none, and auto a soft sky to OBJ, glTF, PLY and STL files without a light "
+          "source")
       ->type_name("auto|on|off")
       ->capture_default_str();
   command.add_option("--at", options.at, "show a glTF file at this moment of its animation")

@@ -100,7 +100,7 @@ Status add_wanted_sky(LoadedScene& loaded) {
                               light.name);
     }
   }
-  add_sky(loaded);
+  add_uniform_sky(loaded);
   return ok_status();
 }
 

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/scene_io/assets.h"
 #include "common/scene_io/scene_bounds.h"
 #include "common/scene_io/scene_light.h"
+#include "common/scene_io/tiny_image.h"
 
 namespace lightmill {
 namespace {
@@ -40,8 +42,29 @@ Status use_automatic_camera(LoadedScene& loaded) {
   return ok_status();
 }
 
-void add_sky(LoadedScene& loaded) {
+void add_uniform_sky(LoadedScene& loaded) {
   loaded.scene.lights.push_back({"sky", EnvironmentLight{}});
+}
+
+void add_soft_sky(LoadedScene& loaded) {
+  constexpr int kWidth = 32, kHeight = 16;
+  const Vec3d brightest = glm::normalize(Vec3d(-0.5, 0.8, 0.45));
+  std::vector<RgbColor> texels;
+  for (int row = 0; row < kHeight; ++row) {
+    const double theta = (row + 0.5) / kHeight * std::numbers::pi;
+    for (int column = 0; column < kWidth; ++column) {
+      const double phi = ((column + 0.5) / kWidth - 0.5) * 2 * std::numbers::pi;
+      const Vec3d w(std::cos(phi) * std::sin(theta), std::cos(theta), std::sin(phi) * std::sin(theta));
+      const auto radiance = static_cast<float>(0.6 + 0.6 * glm::dot(w, brightest));
+      texels.push_back({radiance, radiance, radiance});
+    }
+  }
+  TinyImage image = tiny_image(kWidth, kHeight, texels);
+  EnvironmentLight sky;
+  sky.radiance = {image.factor, image.factor, image.factor};
+  sky.asset = add_image(std::move(image.bytes), {.name = "sky", .place = "the sky"}, loaded);
+  sky.has_image = true;
+  loaded.scene.lights.push_back({"sky", std::move(sky)});
 }
 
 void add_missing_camera(LoadedScene& loaded) {
@@ -57,14 +80,14 @@ void add_missing_camera(LoadedScene& loaded) {
 
 void add_missing_light(LoadedScene& loaded) {
   if (!emits_light(loaded.scene)) {
-    loaded.notices.emplace_back("nothing emits light: a uniform white sky was added (--sky off leaves it out)");
+    loaded.notices.emplace_back("nothing emits light: a soft sky was added (--sky off leaves it out)");
   } else if (!is_course_cornell_box(bounds_of(loaded)) && !is_lit(loaded)) {
     loaded.notices.emplace_back(
-        "the emissive surfaces do not light the others: a uniform white sky was added (--sky off leaves it out)");
+        "the emissive surfaces do not light the others: a soft sky was added (--sky off leaves it out)");
   } else {
     return;
   }
-  add_sky(loaded);
+  add_soft_sky(loaded);
 }
 
 }  // namespace lightmill

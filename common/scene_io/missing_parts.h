@@ -13,13 +13,18 @@ Camera camera_for(const Bounds& box);
 Status use_automatic_camera(LoadedScene& loaded);
 
 /// Adds a uniform white sky of radiance 1.
-void add_sky(LoadedScene& loaded);
+void add_uniform_sky(LoadedScene& loaded);
+
+/// Adds a soft sky: its radiance from the unit direction w is 0.6 (1 + w · d). The unit vector d is up, to the left
+/// and to the front. A diffuse surface of normal n gets the irradiance π (0.6 + 0.4 n · d), so that no two sides of a
+/// cube look alike, and white surfaces differ from what is behind them.
+void add_soft_sky(LoadedScene& loaded);
 
 /// Gives a scene without a camera the automatic one, with a notice. If its bounds are those of the Cornell box, it gets
 /// the usual view into the box instead.
 void add_missing_camera(LoadedScene& loaded);
 
-/// Adds a sky, with a notice, unless something lights the scene (is_lit). The Cornell box only needs an emitter.
+/// Adds a soft sky, with a notice, unless something lights the scene (is_lit). The Cornell box only needs an emitter.
 void add_missing_light(LoadedScene& loaded);
 
 }  // namespace lightmill

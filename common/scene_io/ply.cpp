@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/base/text.h"
 #include "common/materials/texture.h"
 #include "common/scene_io/polygon.h"
 #include "common/scene_io/statement_reader.h"
@@ -73,6 +74,7 @@ class PlyReader {
   }
 
  private:
+  static constexpr int kMaxHeaderLines = 10'000;
   static constexpr std::size_t kMaxProperties = 100, kMaxElements = 100, kMaxCorners = 1'000'000;
 
   template <class... Args>
@@ -97,6 +99,9 @@ class PlyReader {
     while (!rest_.empty()) {
       std::string_view line = take_line();
       const std::string_view keyword = take_word(line);
+      if (line_ > kMaxHeaderLines) {
+        return error("the header has more than {} lines", kMaxHeaderLines);
+      }
       if (keyword == "end_header") {
         return has_format ? ok_status() : error("the header has no format");
       }
@@ -117,8 +122,9 @@ class PlyReader {
         elements_.push_back({std::string(name), static_cast<std::uint64_t>(*count), {}});
       } else if (keyword == "property") {
         LM_RETURN_IF_ERROR(read_property(line));
-      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
-        return error("line {}: unknown keyword \"{}\"", line_, keyword);
+      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info" && notices_ != nullptr) {
+        notices_->push_back(fmt::format("left out: {}: line {}: unknown keyword \"{}\"", file_name_, line_,
+                                        cut_text(printable(keyword), 80)));
       }
     }
     return error("the header has no end_header");

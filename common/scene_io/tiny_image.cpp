@@ -1,5 +1,7 @@
 #include "common/scene_io/tiny_image.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -23,7 +25,7 @@ void put_rgbe(const RgbColor& color, std::string& out) {
 
 }  // namespace
 
-TinyImage two_by_two_image(const std::array<RgbColor, 4>& texels) {
+TinyImage tiny_image(int width, int height, std::span<const RgbColor> texels) {
   TinyImage out;
   for (const RgbColor& texel : texels) {
     out.factor = std::max({out.factor, texel.r, texel.g, texel.b});
@@ -31,11 +33,15 @@ TinyImage two_by_two_image(const std::array<RgbColor, 4>& texels) {
   if (!(out.factor > 0)) {
     return {};
   }
-  out.bytes = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n";
+  out.bytes = fmt::format("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", height, width);
   for (const RgbColor& texel : texels) {
     put_rgbe({texel.r / out.factor, texel.g / out.factor, texel.b / out.factor}, out.bytes);
   }
   return out;
+}
+
+TinyImage two_by_two_image(const std::array<RgbColor, 4>& texels) {
+  return tiny_image(2, 2, texels);
 }
 
 }  // namespace lightmill

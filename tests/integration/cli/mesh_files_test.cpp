@@ -18,19 +18,27 @@ bool has_notice(const nlohmann::json& answer, const std::string& begin) {
   return std::ranges::any_of(notices, [&](const std::string& notice) { return notice.starts_with(begin); });
 }
 
-TEST_F(CliTest, ACubeFillsThePictureUnderAWhiteSky) {
+TEST_F(CliTest, ACubeFillsThePictureUnderASoftSky) {
   const std::string cube = write("cube.obj", kCube);
   const nlohmann::json answer =
       json({"render", cube, "--local", "--size", "64x64", "--spp", "16", "-o", file("a.exr")});
-  EXPECT_TRUE(has_notice(answer, "nothing emits light: a uniform white sky was added")) << answer["notices"];
+  EXPECT_TRUE(has_notice(answer, "nothing emits light: a soft sky was added")) << answer["notices"];
   EXPECT_FALSE(has_notice(answer, "the picture is almost black"));
   const Result<RgbImage> image = load_rgb(file("a.exr"));
   ASSERT_TRUE(image.ok()) << image.status();
-  // The grey of a convex body under a white sky is its reflectance 0.5. Seen in parallel along (0.48, 0.36, 0.8), the
-  // cube covers 4 (0.48 + 0.36 + 0.8) of the film's (2 √3 / cos 20°)², which is 0.48.
+  // A side of normal n has the radiance 0.5 (0.6 + 0.4 n · d), and the sky behind the middle 0.6 (1 + w · d). Seen in
+  // parallel along (0.48, 0.36, 0.8), the sides cover 4 × 0.48, 0.36 and 0.8 of the film's (2 √3 / cos 20°)².
+  const std::array<double, 3> d{-0.5 / 1.0452, 0.8 / 1.0452, 0.45 / 1.0452}, view{0.48, 0.36, 0.8};
+  double sides = 0, covered = 0, behind = 0.6;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double share = 4 * view[i] / 13.588;
+    covered += share;
+    sides += share * 0.5 * (0.6 + 0.4 * d[i]);
+    behind -= 0.6 * view[i] * d[i];
+  }
   const double mean =
       std::accumulate(image->values.begin(), image->values.end(), 0.0) / static_cast<double>(image->values.size());
-  EXPECT_NEAR(mean, 1 - 0.5 * 0.48, 0.04);
+  EXPECT_NEAR(mean, sides + (1 - covered) * behind, 0.02);
 }
 
 TEST_F(CliTest, ABlackPictureIsReported) {

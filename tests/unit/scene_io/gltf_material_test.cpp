@@ -359,7 +359,7 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
   const TextureImage& base = loaded.scene.textures[1];
   EXPECT_EQ(base.file, "wood.png");
   EXPECT_EQ(loaded.assets.at(base.asset), kPng);
-  ASSERT_EQ(loaded.images.size(), 1u);
+  ASSERT_EQ(loaded.images.size(), 2u);  // with the sky's
   EXPECT_EQ(loaded.images[0].asset, base.asset);
   EXPECT_EQ(loaded.images[0].place, "a.gltf: images[0]");
   EXPECT_EQ(base.filter, TextureImage::Filter::nearest);

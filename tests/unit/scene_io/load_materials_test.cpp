@@ -62,7 +62,7 @@ TEST_F(Load, MapsBringTheirImages) {
   ASSERT_EQ(loaded->scene.textures.size(), 1u);
   EXPECT_EQ(loaded->assets.at(loaded->scene.textures[0].asset), "an image's bytes");
   EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
-  ASSERT_EQ(loaded->images.size(), 1u);
+  ASSERT_EQ(loaded->images.size(), 2u);  // with the sky's
   EXPECT_EQ(loaded->images[0].asset, loaded->scene.textures[0].asset);
   EXPECT_FALSE(loaded->images[0].environment);
   EXPECT_EQ(without_folder(loaded->images[0].place), "a.mtl:4: map_Kd of material \"green\"");

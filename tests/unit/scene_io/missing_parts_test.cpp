@@ -54,7 +54,7 @@ TEST_F(MissingParts, AnObjFileIsSeenAsAWholeAndLit) {
       expect_near(camera.eye, {shift + 0.48 * distance, 0.36 * distance, 0.8 * distance}, 1e-9);
       EXPECT_EQ(skies(loaded), 1);
       EXPECT_TRUE(says(loaded, "there is no camera: one was added")) << loaded.notices[0];
-      EXPECT_TRUE(says(loaded, "nothing emits light: a uniform white sky was added"));
+      EXPECT_TRUE(says(loaded, "nothing emits light: a soft sky was added"));
     }
   }
 }
@@ -98,6 +98,30 @@ TEST_F(MissingParts, MeshFilesAreSeenAsAWholeAndLit) {
   LoadOptions dark;
   dark.sky = SkyChoice::off;
   EXPECT_TRUE(load({write("a.ply", ply)}, dark)->scene.lights.empty());
+}
+
+// Its radiance from w is 0.6 (1 + w · d): half of the light, π 0.6, comes from each side of a plane through d.
+TEST_F(MissingParts, TheSoftSkyIsBrightestOnTheUpperLeft) {
+  const LoadedScene loaded = good({write("cube.obj", kCube)});
+  const auto& sky = std::get<EnvironmentLight>(loaded.scene.lights.at(0).kind);
+  ASSERT_TRUE(sky.has_image);
+  const std::string& file = loaded.assets.at(sky.asset);
+  const std::string header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n";
+  ASSERT_TRUE(file.starts_with(header));
+  ASSERT_EQ(file.size(), header.size() + std::size_t{4} * 16 * 32);
+  const double length = std::sqrt(0.25 + 0.64 + 0.2025);
+  for (int row = 0; row < 16; ++row) {
+    for (int column = 0; column < 32; ++column) {
+      const auto* texel = reinterpret_cast<const unsigned char*>(file.data()) + header.size() + 4 * (32 * row + column);
+      const double value = std::ldexp(texel[0], texel[3] - 136) * static_cast<double>(sky.radiance.r);
+      // docs/reference/scene.md: the top is at +y, the centre at +x, and the right half towards +z.
+      const double theta = (row + 0.5) / 16 * std::numbers::pi, phi = (column + 0.5 - 16) / 16 * std::numbers::pi;
+      const double along =
+          (-0.5 * std::cos(phi) * std::sin(theta) + 0.8 * std::cos(theta) + 0.45 * std::sin(phi) * std::sin(theta)) /
+          length;
+      EXPECT_NEAR(value, 0.6 * (1 + along), 0.01) << row << "," << column;
+    }
+  }
 }
 
 TEST_F(MissingParts, TheCoursesCornellBoxGetsItsViewAndNoSky) {
@@ -173,7 +197,7 @@ TEST_F(MissingParts, EmittersThatLightNothingDoNotReplaceTheSky) {
       "v 1 -0.3 -0.3\nv 1 0.3 -0.3\nv 1 0.3 0.3\nv 1 -0.3 0.3\nf 13 14 15 16\n";
   const LoadedScene labelled = good({write("a.obj", "mtllib a.mtl\nusemtl body\n" + kCube + labels)});
   EXPECT_EQ(skies(labelled), 1);
-  EXPECT_TRUE(says(labelled, "the emissive surfaces do not light the others: a uniform white sky was added"));
+  EXPECT_TRUE(says(labelled, "the emissive surfaces do not light the others: a soft sky was added"));
   // In front of a wall the same labels are its lights.
   const std::string wall = "usemtl body\nv -2 -2 1.5\nv -2 2 1.5\nv 2 2 1.5\nv 2 -2 1.5\nf 17 18 19 20\n";
   EXPECT_EQ(skies(good({write("a.obj", "mtllib a.mtl\nusemtl body\n" + kCube + labels + wall)})), 0);
@@ -191,7 +215,7 @@ std::string map_of(const std::string& extensions) {
 TEST_F(MissingParts, EmissiveMapsDoNotReplaceTheSky) {
   const LoadedScene mapped = good({write("a.gltf", map_of(""))});
   EXPECT_EQ(skies(mapped), 1);
-  EXPECT_TRUE(says(mapped, "the emissive surfaces do not light the others: a uniform white sky was added"));
+  EXPECT_TRUE(says(mapped, "the emissive surfaces do not light the others: a soft sky was added"));
   // A light of the file is light, however weak.
   const std::string sun =
       R"(,"extensions":{"KHR_lights_punctual":{"lights":[{"type":"directional"}]}},"scene":0,"scenes":[{"nodes":[0,1,2]}])";

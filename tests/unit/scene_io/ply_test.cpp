@@ -107,6 +107,18 @@ TEST(Ply, VerticesMayHaveColours) {
   EXPECT_TRUE(read_ply(ascii(), "a.ply")->colors.empty()) << "no colours are wanted";
 }
 
+TEST(Ply, UnknownLinesOfTheHeaderAreSkipped) {
+  std::vector<std::string> notices;
+  EXPECT_TRUE(read_ply(replaced(ascii(), "comment made", "made"), "a.ply", &notices).ok());
+  EXPECT_EQ(notices, std::vector<std::string>{"left out: a.ply: line 3: unknown keyword \"made\""});
+  EXPECT_TRUE(read_ply(replaced(ascii(), "comment made", "made"), "a.ply").ok());
+  std::string many = "ply\n";
+  for (int i = 0; i < 20'000; ++i) {
+    many += "x\n";
+  }
+  EXPECT_EQ(error_of(many), "a.ply: the header has more than 10000 lines");
+}
+
 TEST(Ply, ErrorsNameTheirPlace) {
   EXPECT_EQ(error_of("solid x"), "a.ply: a PLY file begins with the line \"ply\"");
   EXPECT_EQ(error_of("ply\nformat ascii 1.0\n"), "a.ply: the header has no end_header");

@@ -129,7 +129,8 @@ TEST_F(UploadedScene, LeavesOutMissingMaps) {
   hand("a.obj", "mtllib a.mtl\n" + kTriangles);
   const auto loaded = load_handed({"a.obj"});
   ASSERT_TRUE(loaded.ok()) << message_of(loaded.status());
-  EXPECT_TRUE(loaded->images.empty());
+  ASSERT_EQ(loaded->images.size(), 1u);
+  EXPECT_EQ(loaded->images[0].name, "sky");
   ASSERT_FALSE(loaded->notices.empty());
   EXPECT_NE(loaded->notices[0].find("there is no file " + there), std::string::npos) << loaded->notices[0];
 }
