@@ -74,11 +74,13 @@ std::string tail_of(const fs::path& log) {
 Status run_blender(const fs::path& scene, int bake_size, const TemporaryFolder& folder, Signals& signals) {
   LM_ASSIGN_OR_RETURN(const std::string program, find_blender());
   const fs::path log = folder / "log";
-  // Blender does not always remove its own temporary folder. Inside ours it is removed with ours.
+  // Blender does not always remove its own temporary folder. Inside ours it is removed with ours. Its Python would take
+  // the libraries of another one that is first on the PATH, such as that of an activated environment.
   LM_ASSIGN_OR_RETURN(ChildProcess blender,
-                      ChildProcess::start({"/usr/bin/env", "TMPDIR=" + (folder / "").string(), program, "--background",
-                                           "--factory-startup", "--disable-autoexec", fs::absolute(scene).string(),
-                                           "--python-exit-code", "3", "--python",
+                      ChildProcess::start({"/usr/bin/env", "--unset=PYTHONHOME", "--unset=PYTHONPATH",
+                                           "PATH=/usr/local/bin:/usr/bin:/bin", "TMPDIR=" + (folder / "").string(),
+                                           program, "--background", "--factory-startup", "--disable-autoexec",
+                                           fs::absolute(scene).string(), "--python-exit-code", "3", "--python",
                                            (own_folder() / "lightmill-blender" / "run.py").string(), "--",
                                            (folder / "").string(), std::to_string(bake_size)},
                                           log));

@@ -2,13 +2,16 @@
 """Renders all models of a folder, and makes a page of the pictures with what each model lacks:
 
     tests/bench/models.py FOLDER OUT [--size 320x240] [--spp 64] [--formats gltf,glb,obj,ply,stl]
+    tests/bench/models.py FOLDER OUT --formats blend --cycles
 
-OUT gets index.html, the pictures, and models.json. The exit code is 0 although models are refused: the page says why.
+OUT gets index.html, the pictures, and models.json. The exit code is 0 although models are refused: the page says why. With --cycles,
+the pictures of Blender's Cycles are beside those of .blend files, with the energy ratio and FLIP.
 """
 import argparse
 import collections
 import html
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -29,7 +32,7 @@ def run(*words):
 def render(server, model, picture, options):
     """What happened to one model, as a dict."""
     begin = time.monotonic()
-    made = run("render", model, *server, "--size", options.size, "--spp", options.spp, "-o", picture)
+    made = run("render", model, *server, "--size", options.size, "--spp", options.spp, "-o", picture, "-o", picture.with_suffix(".exr"))
     lines = made.stderr.splitlines()
     row = {"notes": [line.removeprefix("note: ") for line in lines if line.startswith("note: ")],
            "seconds": round(time.monotonic() - begin, 2)}
@@ -39,11 +42,27 @@ def render(server, model, picture, options):
     return row
 
 
+def beside(model, name, options):
+    """The same file by Cycles, and the difference. Empty if Cycles cannot render it."""
+    stem = options.out / f"{name}.cycles"
+    script = pathlib.Path(__file__).with_name("cycles_beside.py")
+    subprocess.run([os.environ.get("LIGHTMILL_BLENDER", "blender"), "--background", "--factory-startup", "--disable-autoexec", model,
+                    "--python-exit-code", "3", "--python", script, "--", stem, options.size, str(options.spp)],
+                   capture_output=True, check=False)
+    if not stem.with_suffix(".cycles.exr").exists():
+        return {}
+    error = run("error", "--json", options.out / f"{name}.exr", stem.with_suffix(".cycles.exr"))
+    known = json.loads(error.stdout) if error.returncode == 0 else {}
+    return {"cycles": f"{name}.cycles.png", "energy": known.get("energy_ratio"), "flip": known.get("flip")}
+
+
 def page(rows, folder):
     figures = []
     for name, row in rows.items():
         notes = "".join(f"<li>{html.escape(note.replace(str(folder) + '/', ''))}</li>" for note in row["notes"])
-        picture = f'<img src="{row["picture"]}" alt="">' if "refused" not in row else ""
+        picture = "".join(f'<img src="{row[each]}" alt="">' for each in ("picture", "cycles") if each in row and "refused" not in row)
+        if row.get("energy") is not None:
+            notes = f"<li>energy {row['energy']:.3f}, FLIP {row['flip']:.3f}, beside Cycles below</li>{notes}"
         refused = f"<p>{html.escape(row['refused'].replace(str(folder) + '/', ''))}</p>" if "refused" in row else ""
         figures.append(f'<figure class="{"refused" if refused else ""}">{picture}<figcaption><b>{html.escape(name)}</b> '
                        f'{row["seconds"]} s{refused}<ul>{notes}</ul></figcaption></figure>')
@@ -57,6 +76,7 @@ def main():
     parser.add_argument("--size", default="320x240")
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--formats", default="gltf,glb,obj,ply,stl")
+    parser.add_argument("--cycles", action="store_true")
     options = parser.parse_args()
     formats = {f".{each}" for each in options.formats.split(",")}
     models = sorted(path for path in options.folder.rglob("*") if path.suffix.lower() in formats and path.is_file())
@@ -67,6 +87,8 @@ def main():
             name = str(model.relative_to(options.folder))
             picture = f"{number:03}.png"
             rows[name] = {"picture": picture, **render(here.server, model, options.out / picture, options)}
+            if options.cycles and "refused" not in rows[name]:
+                rows[name] |= beside(model.resolve(), f"{number:03}", options)
             state = f"refused: {rows[name]['refused']}" if "refused" in rows[name] else f"{len(rows[name]['notes'])} notes"
             print(f"{number + 1}/{len(models)}  {name}  {rows[name]['seconds']} s  {state}", file=sys.stderr, flush=True)
             reasons["refused" if "refused" in rows[name] else "rendered"] += 1

@@ -140,6 +140,18 @@ bpy.ops.wm.save_as_mainfile(filepath=")" + blend + "\")\n");
   const nlohmann::json second = json({"check", blend, "--camera", "second", "--sky", "off"});
   EXPECT_EQ(second["camera"]["eye"], nlohmann::json::parse("[1.0, 3.0, -2.0]"));
   EXPECT_EQ(second["facts"]["environment"], "none");
+  // Another Python is first on the PATH, as in an activated environment. It has no numpy.
+  std::filesystem::create_directories(file("other/bin"));
+  std::filesystem::create_symlink("/bin/false", file("other/bin/python3"));
+  for (const int minor : {9, 10, 11, 12, 13}) {
+    std::filesystem::create_directories(file(fmt::format("other/lib/python3.{}", minor)));
+    write(fmt::format("other/lib/python3.{}/os.py", minor), "");
+  }
+  Environment activated = environment();
+  activated["PATH"] = fmt::format("{}:{}", file("other/bin"), std::getenv("PATH"));
+  activated["PYTHONHOME"] = file("other");
+  const CommandResult again = run_command({program("lightmill"), "check", blend}, activated);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_TRUE(temporary_is_empty());
 }
 
