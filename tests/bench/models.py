@@ -29,10 +29,19 @@ def run(*words):
     return subprocess.run([str(PROGRAMS / "lightmill"), *map(str, words)], capture_output=True, text=True, check=False)
 
 
-def render(server, model, picture, options):
+def size_for(model, options):
+    """The size of a .blend file's pictures has its own aspect, because Cycles and a size of another one would not agree on the view."""
+    checked = run("check", model, "--json") if model.suffix.lower() == ".blend" else None
+    if checked is None or checked.returncode != 0:
+        return options.size
+    film, most = json.loads(checked.stdout), max(map(int, options.size.split("x")))
+    return "x".join(str(max(1, round(film[side] * most / max(film["width"], film["height"])))) for side in ("width", "height"))
+
+
+def render(server, model, picture, size, options):
     """What happened to one model, as a dict."""
     begin = time.monotonic()
-    made = run("render", model, *server, "--size", options.size, "--spp", options.spp, "-o", picture, "-o", picture.with_suffix(".exr"))
+    made = run("render", model, *server, "--size", size, "--spp", options.spp, "-o", picture, "-o", picture.with_suffix(".exr"))
     lines = made.stderr.splitlines()
     row = {"notes": [line.removeprefix("note: ") for line in lines if line.startswith("note: ")],
            "seconds": round(time.monotonic() - begin, 2)}
@@ -42,12 +51,12 @@ def render(server, model, picture, options):
     return row
 
 
-def beside(model, name, options):
+def beside(model, name, size, options):
     """The same file by Cycles, and the difference. Empty if Cycles cannot render it."""
     stem = options.out / f"{name}.cycles"
     script = pathlib.Path(__file__).with_name("cycles_beside.py")
     subprocess.run([os.environ.get("LIGHTMILL_BLENDER", "blender"), "--background", "--factory-startup", "--disable-autoexec", model,
-                    "--python-exit-code", "3", "--python", script, "--", stem, options.size, str(options.spp)],
+                    "--python-exit-code", "3", "--python", script, "--", stem, size, str(options.spp)],
                    capture_output=True, check=False)
     if not stem.with_suffix(".cycles.exr").exists():
         return {}
@@ -86,9 +95,10 @@ def main():
         for number, model in enumerate(models):
             name = str(model.relative_to(options.folder))
             picture = f"{number:03}.png"
-            rows[name] = {"picture": picture, **render(here.server, model, options.out / picture, options)}
+            size = size_for(model, options)
+            rows[name] = {"picture": picture, **render(here.server, model, options.out / picture, size, options)}
             if options.cycles and "refused" not in rows[name]:
-                rows[name] |= beside(model.resolve(), f"{number:03}", options)
+                rows[name] |= beside(model.resolve(), f"{number:03}", size, options)
             state = f"refused: {rows[name]['refused']}" if "refused" in rows[name] else f"{len(rows[name]['notes'])} notes"
             print(f"{number + 1}/{len(models)}  {name}  {rows[name]['seconds']} s  {state}", file=sys.stderr, flush=True)
             reasons["refused" if "refused" in rows[name] else "rendered"] += 1
