@@ -66,6 +66,13 @@ Result<std::string> find_blender() {
       "name it in LIGHTMILL_BLENDER, or export the scene as glTF (.glb)");
 }
 
+/// The system's programs come first: Blender's Python takes the libraries of the first python3. An activated environment
+/// has another one.
+std::string path_for_blender() {
+  const char* own = std::getenv("PATH");
+  return std::string("/usr/local/bin:/usr/bin:/bin") + (own == nullptr ? "" : fmt::format(":{}", own));
+}
+
 std::string tail_of(const fs::path& log) {
   const Result<std::string> text = read_file(log);
   return !text.ok() ? "" : text->size() <= kBlenderLogTail ? *text : text->substr(text->size() - kBlenderLogTail);
@@ -74,16 +81,15 @@ std::string tail_of(const fs::path& log) {
 Status run_blender(const fs::path& scene, int bake_size, const TemporaryFolder& folder, Signals& signals) {
   LM_ASSIGN_OR_RETURN(const std::string program, find_blender());
   const fs::path log = folder / "log";
-  // Blender does not always remove its own temporary folder. Inside ours it is removed with ours. Its Python would take
-  // the libraries of another one that is first on the PATH, such as that of an activated environment.
-  LM_ASSIGN_OR_RETURN(ChildProcess blender,
-                      ChildProcess::start({"/usr/bin/env", "--unset=PYTHONHOME", "--unset=PYTHONPATH",
-                                           "PATH=/usr/local/bin:/usr/bin:/bin", "TMPDIR=" + (folder / "").string(),
-                                           program, "--background", "--factory-startup", "--disable-autoexec",
-                                           fs::absolute(scene).string(), "--python-exit-code", "3", "--python",
-                                           (own_folder() / "lightmill-blender" / "run.py").string(), "--",
-                                           (folder / "").string(), std::to_string(bake_size)},
-                                          log));
+  // Blender does not always remove its own temporary folder. Inside ours it is removed with ours.
+  LM_ASSIGN_OR_RETURN(
+      ChildProcess blender,
+      ChildProcess::start({"/usr/bin/env", "--unset=PYTHONHOME", "--unset=PYTHONPATH", "PATH=" + path_for_blender(),
+                           "TMPDIR=" + (folder / "").string(), program, "--background", "--factory-startup",
+                           "--disable-autoexec", fs::absolute(scene).string(), "--python-exit-code", "3", "--python",
+                           (own_folder() / "lightmill-blender" / "run.py").string(), "--", (folder / "").string(),
+                           std::to_string(bake_size)},
+                          log));
   std::optional<std::string> end;
   while (!(end = blender.ended())) {
     if (signals.interrupted()) {

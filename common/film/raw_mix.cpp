@@ -10,6 +10,8 @@ namespace {
 constexpr int kMeanRadius = 8;
 /// Pixels darker than this part of the picture's brightness weigh no more than such ones.
 constexpr float kLeastBrightness = 0.1f;
+/// Limit of one pixel's squared errors, in squares of its brightness.
+constexpr double kMaxWeight = 100;
 
 /// Sums over 2·kMeanRadius + 1 values along lines that are `step` apart from value to value.
 void sum_along(std::vector<double>& values, int length, std::size_t step, int lines, std::size_t between) {
@@ -58,7 +60,9 @@ void mix_with_raw(const ReconstructionInput& film, float brightness, std::vector
     }
     known[i] = a > 0 && b > 0 && noise + distance < 1e24;
     if (known[i]) {
-      const double scale = 1 / (brightness_here * brightness_here + static_cast<double>(dark * dark) + 1e-30);
+      const double relative = 1 / (brightness_here * brightness_here + static_cast<double>(dark * dark) + 1e-30);
+      // A firefly counts less, and so the running sums keep their precision.
+      const double scale = relative / std::max(1.0, std::max(noise, distance) * relative / kMaxWeight);
       variance[i] = noise * scale;
       difference[i] = distance * scale;
     }

@@ -48,7 +48,7 @@ void add_uniform_sky(LoadedScene& loaded) {
 
 void add_soft_sky(LoadedScene& loaded) {
   constexpr int kWidth = 32, kHeight = 16;
-  const Vec3d brightest = glm::normalize(Vec3d(-0.5, 0.8, 0.45));
+  const Vec3d brightest = glm::normalize(Vec3d(-0.25, 0.85, 0.5));
   std::vector<RgbColor> texels;
   for (int row = 0; row < kHeight; ++row) {
     const double theta = (row + 0.5) / kHeight * std::numbers::pi;

@@ -103,6 +103,9 @@ class PlyReader {
         return error("the header has more than {} lines", kMaxHeaderLines);
       }
       if (keyword == "end_header") {
+        if (unknown_ > 1) {
+          notices_->back() += fmt::format(", and {} more such lines", unknown_ - 1);
+        }
         return has_format ? ok_status() : error("the header has no format");
       }
       if (keyword == "format") {
@@ -123,8 +126,10 @@ class PlyReader {
       } else if (keyword == "property") {
         LM_RETURN_IF_ERROR(read_property(line));
       } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info" && notices_ != nullptr) {
-        notices_->push_back(fmt::format("left out: {}: line {}: unknown keyword \"{}\"", file_name_, line_,
-                                        cut_text(printable(keyword), 80)));
+        if (++unknown_ == 1) {
+          notices_->push_back(fmt::format("left out: {}: line {}: unknown keyword \"{}\"", file_name_, line_,
+                                          cut_text(printable(keyword), 80)));
+        }
       }
     }
     return error("the header has no end_header");
@@ -262,7 +267,10 @@ class PlyReader {
       return error("vertices have no x, y and z");
     }
     const bool normals = normal[0] && normal[1] && normal[2];
-    const std::array color{find(element, "red"), find(element, "green"), find(element, "blue")};
+    std::array color{find(element, "red"), find(element, "green"), find(element, "blue")};
+    if (!color[0]) {
+      color = {find(element, "diffuse_red"), find(element, "diffuse_green"), find(element, "diffuse_blue")};
+    }
     const bool colors = notices_ != nullptr && color[0] && color[1] && color[2];
     const std::optional<std::size_t> alpha = colors ? find(element, "alpha") : std::nullopt;
     bool has_alpha = false;
@@ -283,21 +291,35 @@ class PlyReader {
       }
       if (colors) {
         const auto part = [&](std::size_t i) {
-          const double value = row[i] / most_of(element.properties[i].type);
-          return value >= 0 && value <= 1 ? value : value > 1 ? 1.0 : 0.0;
+          return static_cast<float>(row[i] / most_of(element.properties[i].type));
         };
-        const auto linear = [&](std::size_t i) { return static_cast<float>(srgb_decode_fixed(part(*color[i]))); };
-        mesh_.colors.push_back({linear(0), linear(1), linear(2), 1});
+        mesh_.colors.push_back({part(*color[0]), part(*color[1]), part(*color[2]), 1});
         has_alpha = has_alpha || (alpha && part(*alpha) < 1);
       }
       if (uv[0]) {
         mesh_.texture_coordinates.push_back({static_cast<float>(row[*uv[0]]), static_cast<float>(row[*uv[1]])});
       }
     }
+    decode_colors();
     if (has_alpha) {
       notices_->push_back(fmt::format("left out: alpha of vertex colours of {}", file_name_));
     }
     return ok_status();
+  }
+
+  /// From sRGB. Numbers without a range of their own that are above 1 count to 255.
+  void decode_colors() {
+    float largest = 0;
+    for (const std::array<float, 4>& color : mesh_.colors) {
+      largest = std::max({largest, color[0], color[1], color[2]});
+    }
+    const float whole = largest > 1.001f ? 255 : 1;
+    for (std::array<float, 4>& color : mesh_.colors) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double value = static_cast<double>(color[i] / whole);
+        color[i] = static_cast<float>(srgb_decode_fixed(value >= 0 && value <= 1 ? value : value > 1 ? 1.0 : 0.0));
+      }
+    }
   }
 
   /// The value of a whole colour.
@@ -363,7 +385,7 @@ class PlyReader {
   std::string_view rest_;
   const std::string& file_name_;
   std::vector<std::string>* const notices_;
-  int line_ = 0;
+  int line_ = 0, unknown_ = 0;
   Format format_ = Format::ascii;
   std::vector<Element> elements_;
   std::vector<double> values_;             ///< of the property that was read last

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
-#include <map>
+#include <unordered_map>
 
 #include "common/scene_io/statement_reader.h"
 
@@ -13,6 +15,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 84;  ///< of a binary file: a comment, and the number of triangles
 constexpr std::size_t kTriangleBytes = 50;
+constexpr std::size_t kBeginning = 1'000;  ///< bytes in which a text file has its first facet
 constexpr double kMostCoordinate = 1e30;
 
 class StlReader {
@@ -39,12 +42,22 @@ class StlReader {
     std::memcpy(&count, bytes_.data() + kHeaderBytes - sizeof count, sizeof count);
     return count;
   }
-  /// ASCII files begin with "solid". Some binary ones do, too, but have just the size that their header says.
+  /// ASCII files begin with "solid", and have facets. Some binary ones begin so, too.
   bool is_binary() const {
     if (bytes_.size() < kHeaderBytes) {
       return false;
     }
-    return !bytes_.starts_with("solid") || bytes_.size() == kHeaderBytes + triangles_by_header() * kTriangleBytes;
+    std::string_view rest = bytes_.substr(0, kBeginning);
+    rest.remove_prefix(rest.starts_with("\xef\xbb\xbf") ? 3 : 0);  // a byte order mark
+    const std::string text = lower(rest);
+    const bool is_text =
+        text.find_first_not_of(" \t\r\n") == text.find("solid") && text.find("facet") != std::string::npos;
+    return !is_text || bytes_.size() == kHeaderBytes + triangles_by_header() * kTriangleBytes;
+  }
+  static std::string lower(std::string_view word) {
+    std::string out(word);
+    std::ranges::transform(out, out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return out;
   }
 
   Status read_binary(std::vector<std::string>& notices) {
@@ -76,7 +89,8 @@ class StlReader {
   /// group them.
   Status read_ascii() {
     std::string_view rest = bytes_;
-    if (take_word(rest) != "solid") {
+    rest.remove_prefix(rest.starts_with("\xef\xbb\xbf") ? 3 : 0);
+    if (lower(take_word(rest)) != "solid") {
       return error("an STL file begins with \"solid\", or is binary with at least {} bytes", kHeaderBytes);
     }
     std::array<Point, 3> corners;
@@ -85,7 +99,7 @@ class StlReader {
       const std::size_t end = std::min(rest.find('\n'), rest.size());
       std::string_view statement = rest.substr(0, end);
       rest.remove_prefix(std::min(end + 1, rest.size()));
-      const std::string_view keyword = take_word(statement);
+      const std::string keyword = lower(take_word(statement));
       if (keyword == "vertex") {
         if (corner == 3) {
           return error("line {}: a facet has more than three vertices", line);
@@ -117,9 +131,10 @@ class StlReader {
       if (!std::ranges::all_of(corners[c], [](double x) { return std::abs(x) <= kMostCoordinate; })) {
         return error("triangle {}: coordinates must be finite and at most 1e30", mesh_.triangles.size());
       }
-      const auto [known, added] = vertices_.try_emplace(corners[c], static_cast<std::uint32_t>(mesh_.positions.size()));
+      const Point point{corners[c][0] + 0.0, corners[c][1] + 0.0, corners[c][2] + 0.0};  // -0 becomes 0
+      const auto [known, added] = vertices_.try_emplace(point, static_cast<std::uint32_t>(mesh_.positions.size()));
       if (added) {
-        mesh_.positions.push_back(corners[c]);
+        mesh_.positions.push_back(point);
       }
       triangle[c] = known->second;
     }
@@ -129,7 +144,17 @@ class StlReader {
 
   const std::string_view bytes_;
   const std::string& file_name_;
-  std::map<Point, std::uint32_t> vertices_;
+  struct Hash {
+    std::size_t operator()(const Point& p) const {
+      std::uint64_t hash = 0;
+      for (const double x : p) {
+        hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
+        hash ^= hash >> 29;
+      }
+      return hash;
+    }
+  };
+  std::unordered_map<Point, std::uint32_t, Hash> vertices_;
   Mesh mesh_;
 };
 

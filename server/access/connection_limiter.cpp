@@ -14,6 +14,11 @@ constexpr std::size_t kOwnFiles = 64;
 /// More concurrent handshakes of one address would exceed kTimeout.
 constexpr std::size_t kMaxUnknown = 1'024;
 
+/// All workers of a farm may share one certificate, or one address if the farm does not authenticate callers.
+bool may_be_many(const Identity& caller) {
+  return !caller.is_known() || caller.roles.has(Role::worker);
+}
+
 }  // namespace
 
 DescriptorPlan plan_descriptors(std::uint64_t files) {
@@ -33,9 +38,7 @@ std::size_t ConnectionLimiter::most_unknown() const {
 }
 
 std::size_t ConnectionLimiter::most_of(const Identity& caller) const {
-  // All workers of a farm may share one certificate, or one address if the farm does not authenticate callers.
-  const bool may_be_many = !caller.is_known() || caller.roles.has(Role::worker);
-  return std::max<std::size_t>(may_be_many ? most_ / 4 * 3 : most_ / 8, 1);
+  return std::max<std::size_t>(may_be_many(caller) ? most_ / 4 * 3 : most_ / 8, 1);
 }
 
 bool ConnectionLimiter::is_full(const std::string& peer) const {
@@ -165,6 +168,7 @@ Status ConnectionLimiter::set_caller(const std::string& peer, const Identity& ca
   }
   set_state(found->second, State::known);
   entry.caller = caller_key(caller, peer);
+  entry.may_be_many = may_be_many(caller);
   ++callers_[entry.caller];
   return ok_status();
 }
@@ -186,11 +190,12 @@ std::vector<ConnectionLimiter::Id> ConnectionLimiter::unknown() const {
   return ids;
 }
 
-std::vector<std::pair<ConnectionLimiter::Id, std::string>> ConnectionLimiter::known() const {
-  std::vector<std::pair<Id, std::string>> all;
+std::vector<ConnectionLimiter::Known> ConnectionLimiter::known() const {
+  std::vector<Known> all;
   for (const auto& [key, address] : addresses_) {
     for (const Id id : address.known) {
-      all.emplace_back(id, entries_.at(id).caller);
+      const Entry& entry = entries_.at(id);
+      all.push_back({id, entry.caller, entry.may_be_many});
     }
   }
   return all;

@@ -7,7 +7,6 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -57,8 +56,13 @@ class ConnectionLimiter {
 
   /// Served connections whose caller is unknown.
   std::vector<Id> unknown() const;
-  /// Connections whose caller is known, with the key of the caller.
-  std::vector<std::pair<Id, std::string>> known() const;
+  struct Known {
+    Id id;
+    std::string caller;  ///< its key
+    bool may_be_many;    ///< many machines may share it: a worker's identity, or an address
+  };
+  /// Connections whose caller is known.
+  std::vector<Known> known() const;
   /// The connection from ADDRESS:PORT; 0 if there is none.
   Id id_of(const std::string& peer) const;
   const std::string& peer_of(Id id) const { return entries_.at(id).peer; }
@@ -98,6 +102,7 @@ class ConnectionLimiter {
     std::string peer, address, caller;
     State state = State::waiting;
     Time until{};
+    bool may_be_many = false;
   };
 
   /// Changes an address, and updates by_size_.

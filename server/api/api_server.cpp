@@ -30,7 +30,8 @@ constexpr std::uint64_t kMaxUnknownBytes = 4 << 20;
 constexpr std::uint64_t kMaxUnreadBytes = 48 << 20;
 
 UnreadBytes::Limits unread_limits(std::uint64_t wire_bytes) {
-  return {std::max(kMaxUnreadBytes, wire_bytes / 16), wire_bytes / 4, wire_bytes / 2};
+  return {std::max(kMaxUnreadBytes, wire_bytes / 16), std::max(kMaxUnreadBytes, wire_bytes / 4),
+          std::max(2 * kMaxUnreadBytes, wire_bytes / 2)};
 }
 /// Concurrent streams of one connection. More wait.
 constexpr int kMaxConnectionStreams = 1'000;
@@ -118,9 +119,10 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
       [listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
         return listener->set_caller(peer, caller);
       });
-  runtime.access().set_on_taken([listener = parts->listener.get()](const std::string& peer, std::uint64_t bytes) {
-    listener->taken(peer, bytes);
-  });
+  runtime.access().set_on_taken(
+      [listener = parts->listener.get()](const std::string& peer, std::uint64_t bytes, std::uint64_t around) {
+        listener->taken(peer, bytes, around);
+      });
   runtime.loop().set_handlers({[workers = parts->workers](Outgoing message) { workers->send(std::move(message)); },
                                [workers = parts->workers](SessionId session) { workers->disconnect(session); },
                                [readiness = parts->readiness](bool storing) { readiness->set_storing(storing); }});

@@ -25,7 +25,9 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
     call_.slot->set_active();
     boost::asio::post(threads_.disk, [this, ok] {
       const Status status = ok ? take() : complete();
-      runtime_.access().taken(call_.peer, ok ? request_.ByteSizeLong() : 0);
+      if (ok) {
+        runtime_.access().taken(call_.peer, request_.ByteSizeLong(), UnreadBytes::kAroundMessage);
+      }
       if (!ok || !status.ok()) {
         upload_.reset();
         call_.slot->call_ended();
@@ -86,6 +88,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
   void OnWriteDone(bool ok) override {
     call_.slot->set_active();
+    runtime_.access().taken(call_.peer, 0, around_sent(response_.ByteSizeLong()));
     if (ok) {
       boost::asio::post(threads_.disk, [this] { write_next(); });
     } else {

@@ -45,7 +45,8 @@ class WatchStream final : public OfferStream<v1::WatchJobResponse, WatchSink> {
 /// Sends a snapshot of one film. Deletes itself.
 class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
  public:
-  FilmStream(Call call, Traffic& traffic) : call_(std::move(call)), traffic_(traffic) {}
+  FilmStream(Call call, const AccessControl& access, Traffic& traffic)
+      : call_(std::move(call)), access_(access), traffic_(traffic) {}
 
   /// On the farm thread.
   void take(JobId job, const FarmLoop::TaskContext& context) {
@@ -61,6 +62,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
   void refuse(const grpc::Status& status) { Finish(status); }
 
   void OnWriteDone(bool ok) override {
+    access_.taken(call_.peer, 0, around_sent(response_.ByteSizeLong()));
     if (!ok || next_ == tiles_.size()) {
       call_.slot->call_ended();
       Finish(ok ? grpc::Status::OK : grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));
@@ -85,6 +87,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
   }
 
   const Call call_;
+  const AccessControl& access_;
   Traffic& traffic_;
   std::vector<TileSnapshot> tiles_;
   std::size_t next_ = 0;
@@ -116,7 +119,7 @@ grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Contex
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
-  auto* stream = new FilmStream(*call, runtime_.loop().traffic());
+  auto* stream = new FilmStream(*call, runtime_.access(), runtime_.loop().traffic());
   const bool posted = runtime_.loop().post(
       [&access = runtime_.access(), stream, call = *call, job = JobId{request->id()}](FarmLoop::TaskContext& context) {
         if (const Status status = check_job_call(context, access, call, job); !status.ok()) {

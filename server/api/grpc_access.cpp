@@ -53,7 +53,6 @@ class NoReflection final : public grpc::ServerBuilderOption {
 Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
                    const CallSubject& about, std::uint64_t request_bytes) {
   const Credentials credentials = credentials_of(context);
-  access.taken(credentials.peer, request_bytes);
   Result<Identity> caller = access.identify(credentials);
   const bool lasts = rpc == kWork || stream_kind(rpc);
   if (caller.ok()) {
@@ -64,6 +63,7 @@ Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& c
     }
   }
   Result<Call> call = access.admit(caller, credentials.peer, rpc, about);
+  access.taken(credentials.peer, request_bytes, call.ok() ? UnreadBytes::kAroundCall : 0);
   if (call.ok() && call->slot != nullptr) {
     call->slot->on_evict([&context] { context.TryCancel(); });
   }

@@ -18,6 +18,11 @@ namespace lightmill {
 Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& context, const Rpc& rpc,
                    const CallSubject& about = {}, std::uint64_t request_bytes = 0);
 
+/// What a client sends while it receives this many bytes: window updates. For AccessControl::taken.
+inline std::uint64_t around_sent(std::uint64_t bytes) {
+  return UnreadBytes::kAroundMessage + bytes / UnreadBytes::kShareAround / 4;
+}
+
 /// ADDRESS:PORT of the call.
 std::string peer_of(const grpc::ServerContextBase& context);
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "common/base/mutex.h"
+#include "server/api/grpc_access.h"
 #include "server/api/grpc_status.h"
 #include "server/api/watch_registry.h"
 #include "server/runtime/farm_loop.h"
@@ -60,6 +61,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
     call_.slot->set_active();
     {
       const MutexLock lock(mutex_);
+      access_.taken(call_.peer, 0, around_sent(response_.ByteSizeLong()));
       writing_ = false;
       if (ending_) {
         this->Finish(final_status_);

@@ -24,7 +24,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
     // The refusal of a small request says what it names.
     Result<Call> call = admit(access, context, call_->operation().rpc, call_->about(), large ? 0 : bytes);
     if (!call.ok() || !read.ok()) {
-      access.taken(peer_of(context), large ? bytes : 0);
+      access.taken(peer_of(context), large ? bytes : 0, 0);
       return Finish(to_grpc(call.ok() ? read : call.status()));
     }
     if (!large) {
@@ -34,7 +34,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
                                          request = std::move(request)]() mutable {
       const Status parsed = parse(request, most_bytes);
       request.Clear();
-      access.taken(call.peer, bytes);
+      access.taken(call.peer, bytes, 0);
       parsed.ok() ? begin(std::move(call)) : Finish(to_grpc(parsed));
     });
   }

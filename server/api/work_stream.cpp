@@ -82,12 +82,12 @@ void WorkStream::OnReadDone(bool ok) {
     finish(grpc::Status::OK);
     return;
   }
+  const std::uint64_t bytes = request_.ByteSizeLong();
+  owner_.access_.taken(call_.peer, bytes, UnreadBytes::kAroundMessage);
   if (const Status holds = owner_.access_.check_still_holds(call_.caller); !holds.ok()) {
     finish(to_grpc(holds));
     return;
   }
-  const std::uint64_t bytes = request_.ByteSizeLong();
-  owner_.access_.taken(call_.peer, bytes);
   owner_.loop_.traffic().results_in += bytes;
   Result<WorkerMessage> message = from_wire(request_);
   Status status = message.status();

@@ -314,6 +314,7 @@ void Listener::arrive(int fd, const std::string& peer) {
 }
 
 void Listener::update() {
+  end_large_unread(system_clock().now());
   std::vector<std::pair<int, std::string>> served;
   {
     const MutexLock lock(mutex_);
@@ -322,7 +323,6 @@ void Listener::update() {
       sweep(now);
     }
     end_large_unknown();
-    end_large_unread(now);
     const ConnectionLimiter::Changes changes = limiter_.update(now);
     for (const Id id : changes.end) {
       shut(id);
@@ -359,30 +359,41 @@ void Listener::end_large_unknown() {
   }
 }
 
+/// Counts without the lock, because many connections take milliseconds.
 void Listener::end_large_unread(Time now) {
   if (!unread_ || now < count_unread_at_) {
     return;
   }
   std::vector<UnreadBytes::Received> received;
-  for (auto& [id, caller] : limiter_.known()) {
-    const Socket& socket = open_.at(id);
-    received.push_back({id, std::move(caller), socket.is_open() ? received_bytes(socket.fd) : 0});
+  std::vector<Socket> sockets;
+  {
+    const MutexLock lock(mutex_);
+    for (ConnectionLimiter::Known& each : limiter_.known()) {
+      received.push_back({each.id, std::move(each.caller), 0, each.may_be_many});
+      sockets.push_back(open_.at(each.id));
+    }
+  }
+  for (std::size_t i = 0; i < sockets.size(); ++i) {
+    received[i].bytes = sockets[i].is_open() ? received_bytes(sockets[i].fd) : 0;
   }
   count_unread_at_ = now + std::max(kCountUnread, kCountUnreadOfOne * static_cast<int>(received.size()));
-  for (const Id id : unread_->over(received)) {
-    spdlog::warn(
-        "port {}: the connection from {} is ended, because its caller has sent too many requests that are not "
-        "complete",
-        port_, limiter_.peer_of(id));
-    shut(id);
-    limiter_.end(id);
+  const MutexLock lock(mutex_);
+  for (const Id id : unread_->over(received, now)) {
+    if (const auto found = open_.find(id); found != open_.end()) {
+      spdlog::warn(
+          "port {}: the connection from {} is ended: it, its caller or all callers have sent too many requests that are "
+          "not complete (--wire-gib)",
+          port_, limiter_.peer_of(id));
+      shut(id);
+      limiter_.end(id);
+    }
   }
 }
 
-void Listener::taken(const std::string& peer, std::uint64_t bytes) {
+void Listener::taken(const std::string& peer, std::uint64_t bytes, std::uint64_t around) {
   const MutexLock lock(mutex_);
   if (const Id id = limiter_.id_of(peer); unread_ && id != 0) {
-    unread_->taken(id, bytes);
+    unread_->taken(id, bytes, around);
   }
 }
 

@@ -40,8 +40,8 @@ class Listener {
   void limit_unknown(UnknownBytes limit) { unknown_bytes_ = limit; }
   /// Limits the bytes of known callers that are not taken(). Before start(). Without it there is no limit.
   void limit_unread(const UnreadBytes::Limits& limits) { unread_.emplace(limits); }
-  /// The server has used a message from ADDRESS:PORT, or thrown it away.
-  void taken(const std::string& peer, std::uint64_t bytes);
+  /// Like UnreadBytes::taken, of the connection from ADDRESS:PORT.
+  void taken(const std::string& peer, std::uint64_t bytes, std::uint64_t around);
 
   /// Takes ownership of a non-blocking socket, connected to ADDRESS:PORT.
   using Take = std::function<void(int socket, const std::string& peer)>;
@@ -75,7 +75,7 @@ class Listener {
   void sweep(Time now) LM_REQUIRES(mutex_);
   void shut(Id id) LM_REQUIRES(mutex_);
   void end_large_unknown() LM_REQUIRES(mutex_);
-  void end_large_unread(Time now) LM_REQUIRES(mutex_);
+  void end_large_unread(Time now);
 
   const std::vector<int> sockets_;
   const int port_;
@@ -88,7 +88,8 @@ class Listener {
   std::unordered_map<Id, std::string> waiting_ LM_GUARDED_BY(mutex_);  ///< their peers
   std::string own_ LM_GUARDED_BY(mutex_);  ///< peer of the last connect_to_self(), until it is accepted
   std::optional<UnreadBytes> unread_;      ///< used with mutex_ after start()
-  Time swept_at_ LM_GUARDED_BY(mutex_){}, count_unread_at_ LM_GUARDED_BY(mutex_){};
+  Time swept_at_ LM_GUARDED_BY(mutex_){};
+  Time count_unread_at_{};
   Time told_at_{};  ///< when the log last reported that accept fails
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::thread thread_;

@@ -23,25 +23,29 @@ class UnreadBytes {
     Id id;
     std::string caller;
     std::uint64_t bytes;
+    bool alone = false;  ///< only the limit of one connection counts, because many machines may share its caller
   };
 
   explicit UnreadBytes(const Limits& limits) : limits_(limits) {}
 
-  /// The server has used a message of this size, or thrown it away.
-  void taken(Id id, std::uint64_t bytes) {
-    // HTTP/2 and TLS add bytes: some to each message, and less than a percent to long ones.
-    taken_[id] += bytes + bytes / 50 + kOverhead;
-  }
+  /// The server has used a message of this size, or thrown it away. `around`: bytes of headers and frames around it.
+  void taken(Id id, std::uint64_t bytes, std::uint64_t around) { taken_[id] += bytes + bytes / kShareAround + around; }
   /// Connections to end, those with most unread bytes first: each that exceeds its limit, and the largest ones of a
   /// caller or of all that exceed theirs. `known` has all connections whose callers are known.
-  std::vector<Id> over(std::span<const Received> known);
+  std::vector<Id> over(std::span<const Received> known, Time now);
 
-  /// What a message's header and frames take at most, in bytes.
-  static constexpr std::uint64_t kOverhead = 1'024;
+  /// Headers of a call after the first one, and its frames. What is larger is forgiven slowly.
+  static constexpr std::uint64_t kAroundCall = 256;
+  static constexpr std::uint64_t kAroundMessage = 16;  ///< of a stream
+  /// HTTP/2 and TLS add less than this part of a long message.
+  static constexpr std::uint64_t kShareAround = 128;
+  /// Bytes a second that are forgiven each connection: pings, heartbeats, health checks.
+  static constexpr double kForgiven = 32;
 
  private:
   const Limits limits_;
   std::unordered_map<Id, std::uint64_t> taken_;
+  Time last_{};  ///< when it was counted last
 };
 
 }  // namespace lightmill

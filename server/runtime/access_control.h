@@ -52,8 +52,8 @@ class AccessControl {
     on_identified_ = std::move(on_identified);
   }
 
-  /// Called with the bytes of each message over gRPC that was used or thrown away. Set it before the server starts.
-  void set_on_taken(std::function<void(const std::string& peer, std::uint64_t bytes)> on_taken) {
+  /// Called with each message over gRPC that was used or thrown away. Set it before the server starts.
+  void set_on_taken(std::function<void(const std::string& peer, std::uint64_t bytes, std::uint64_t around)> on_taken) {
     on_taken_ = std::move(on_taken);
   }
 
@@ -72,7 +72,9 @@ class AccessControl {
   /// Like ConnectionLimiter::set_caller, for a gRPC connection. RESOURCE_EXHAUSTED.
   Status set_caller(const std::string& peer, const Identity& caller) const { return on_identified_(peer, caller); }
   /// Like Listener::taken, for a gRPC connection.
-  void taken(const std::string& peer, std::uint64_t bytes) const { on_taken_(peer, bytes); }
+  void taken(const std::string& peer, std::uint64_t bytes, std::uint64_t around) const {
+    on_taken_(peer, bytes, around);
+  }
   /// Counts one request against the caller's limits. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
   /// PERMISSION_DENIED if the caller may not give a job this priority.
@@ -113,7 +115,7 @@ class AccessControl {
   std::function<Status(const std::string&, const Identity&)> on_identified_ = [](const auto&...) {
     return ok_status();
   };
-  std::function<void(const std::string&, std::uint64_t)> on_taken_ = [](const auto&...) {};
+  std::function<void(const std::string&, std::uint64_t, std::uint64_t)> on_taken_ = [](const auto&...) {};
   std::function<void(const Call&, const CallSubject&, const Status&)> on_refused_ = [](const auto&...) {};
 };
 

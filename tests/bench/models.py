@@ -30,7 +30,7 @@ def run(*words):
 
 
 def size_for(model, options):
-    """The size of a .blend file's pictures has its own aspect, because Cycles and a size of another one would not agree on the view."""
+    """The size of a .blend file's pictures. It keeps the file's aspect, on which Blender's field of view depends."""
     checked = run("check", model, "--json") if model.suffix.lower() == ".blend" else None
     if checked is None or checked.returncode != 0:
         return options.size
@@ -55,6 +55,8 @@ def beside(model, name, size, options):
     """The same file by Cycles, and the difference. Empty if Cycles cannot render it."""
     stem = options.out / f"{name}.cycles"
     script = pathlib.Path(__file__).with_name("cycles_beside.py")
+    for ending in (".cycles.exr", ".cycles.png"):
+        (options.out / f"{name}{ending}").unlink(missing_ok=True)
     subprocess.run([os.environ.get("LIGHTMILL_BLENDER", "blender"), "--background", "--factory-startup", "--disable-autoexec", model,
                     "--python-exit-code", "3", "--python", script, "--", stem, size, str(options.spp)],
                    capture_output=True, check=False)

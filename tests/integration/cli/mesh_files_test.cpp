@@ -28,7 +28,7 @@ TEST_F(CliTest, ACubeFillsThePictureUnderASoftSky) {
   ASSERT_TRUE(image.ok()) << image.status();
   // A side of normal n has the radiance 0.5 (0.6 + 0.4 n · d), and the sky behind the middle 0.6 (1 + w · d). Seen in
   // parallel along (0.48, 0.36, 0.8), the sides cover 4 × 0.48, 0.36 and 0.8 of the film's (2 √3 / cos 20°)².
-  const std::array<double, 3> d{-0.5 / 1.0452, 0.8 / 1.0452, 0.45 / 1.0452}, view{0.48, 0.36, 0.8};
+  const std::array<double, 3> d{-0.25 / 1.0173, 0.85 / 1.0173, 0.5 / 1.0173}, view{0.48, 0.36, 0.8};
   double sides = 0, covered = 0, behind = 0.6;
   for (std::size_t i = 0; i < 3; ++i) {
     const double share = 4 * view[i] / 13.588;

@@ -78,6 +78,21 @@ TEST(RawMix, MakesNoPictureWorseThanTheRawOne) {
   EXPECT_GT(film.error_of(regress(film.input())), 1.2 * film.error_of(film.mean()));
 }
 
+TEST(RawMix, AFireflyChangesOnlyItsSurroundings) {
+  NoisyFilm film(0.1, 0.1, 8);
+  const std::vector<float> before = reconstruct(film.input());
+  const std::size_t spike = 20 * kSide + 20;
+  film.half_a[spike] = 1e11f;
+  std::vector<float> regressed = regress(NoisyFilm(0.1, 0.1, 8).input());
+  mix_with_raw(film.input(), 2, regressed);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const std::size_t x = i % kSide, y = i / kSide % kSide;
+    if (x > 20 + 40 || y > 20 + 40) {
+      ASSERT_NEAR(regressed[i], before[i], 1e-4) << x << "," << y;
+    }
+  }
+}
+
 TEST(RawMix, LeavesPixelsThatItDoesNotKnow) {
   NoisyFilm film(0, 0.1, 6);
   film.samples_b[17] = 0;

@@ -73,7 +73,6 @@ TEST_F(MissingParts, TheSameMeshInAGltfFileHasTheSameViewAndSky) {
   EXPECT_EQ(skies(obj), 1);
 }
 
-// Its picture must stay as it was, whatever is in the room and however little it emits.
 TEST_F(MissingParts, MeshFilesAreSeenAsAWholeAndLit) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -100,7 +99,6 @@ TEST_F(MissingParts, MeshFilesAreSeenAsAWholeAndLit) {
   EXPECT_TRUE(load({write("a.ply", ply)}, dark)->scene.lights.empty());
 }
 
-// Its radiance from w is 0.6 (1 + w · d): half of the light, π 0.6, comes from each side of a plane through d.
 TEST_F(MissingParts, TheSoftSkyIsBrightestOnTheUpperLeft) {
   const LoadedScene loaded = good({write("cube.obj", kCube)});
   const auto& sky = std::get<EnvironmentLight>(loaded.scene.lights.at(0).kind);
@@ -109,7 +107,7 @@ TEST_F(MissingParts, TheSoftSkyIsBrightestOnTheUpperLeft) {
   const std::string header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n";
   ASSERT_TRUE(file.starts_with(header));
   ASSERT_EQ(file.size(), header.size() + std::size_t{4} * 16 * 32);
-  const double length = std::sqrt(0.25 + 0.64 + 0.2025);
+  const double length = std::sqrt(0.0625 + 0.7225 + 0.25);
   for (int row = 0; row < 16; ++row) {
     for (int column = 0; column < 32; ++column) {
       const auto* texel = reinterpret_cast<const unsigned char*>(file.data()) + header.size() + 4 * (32 * row + column);
@@ -117,13 +115,14 @@ TEST_F(MissingParts, TheSoftSkyIsBrightestOnTheUpperLeft) {
       // docs/reference/scene.md: the top is at +y, the centre at +x, and the right half towards +z.
       const double theta = (row + 0.5) / 16 * std::numbers::pi, phi = (column + 0.5 - 16) / 16 * std::numbers::pi;
       const double along =
-          (-0.5 * std::cos(phi) * std::sin(theta) + 0.8 * std::cos(theta) + 0.45 * std::sin(phi) * std::sin(theta)) /
+          (-0.25 * std::cos(phi) * std::sin(theta) + 0.85 * std::cos(theta) + 0.5 * std::sin(phi) * std::sin(theta)) /
           length;
       EXPECT_NEAR(value, 0.6 * (1 + along), 0.01) << row << "," << column;
     }
   }
 }
 
+// Its picture must stay as it was, whatever is in the room and however little it emits.
 TEST_F(MissingParts, TheCoursesCornellBoxGetsItsViewAndNoSky) {
   const fs::path assets = test::source_file("scenes/assets");
   for (const std::vector<fs::path>& files :

@@ -91,7 +91,8 @@ TEST(Ply, VerticesMayHaveColours) {
   for (const auto& [type, written] : {std::pair{"uchar", "255 0 51 255"},
                                       {"ushort", "65535 0 13107 65535"},
                                       {"float", "1 0 0.2 1"},
-                                      {"double", "7 -3 0.2 1"}}) {
+                                      {"double", "255 -3 51 255"},
+                                      {"int", "255 0 51 255"}}) {
     std::vector<std::string> notices;
     const auto read = colors(type, written, notices);
     ASSERT_EQ(read.size(), 3u);

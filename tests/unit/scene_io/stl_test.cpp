@@ -42,14 +42,20 @@ std::string binary_stl(const std::string& comment, std::uint16_t attributes = 0)
   return out;
 }
 
+std::string upper(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
 std::string stl_error(const std::string& bytes) {
   std::vector<std::string> notices;
   return test::error_message(read_stl(bytes, "a.stl", notices));
 }
 
 TEST(Stl, BothFormatsGiveTheSameMesh) {
-  for (const std::string& bytes : {ascii_stl(), binary_stl("made by hand"), binary_stl("solid, but binary"),
-                                   ascii_stl() + "\r\n", binary_stl("padded") + "more"}) {
+  for (const std::string& bytes :
+       {ascii_stl(), binary_stl("made by hand"), binary_stl("solid, but binary"), ascii_stl() + "\r\n",
+        binary_stl("padded") + "more", binary_stl("solid") + "more", "\xef\xbb\xbf " + upper(ascii_stl())}) {
     std::vector<std::string> notices;
     const Result<Mesh> mesh = read_stl(bytes, "a.stl", notices);
     ASSERT_TRUE(mesh.ok()) << mesh.status();
