@@ -9,6 +9,7 @@
 
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
+#include "common/wire/scene_proto.h"
 #include "server/operations/changes.h"
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
@@ -128,7 +129,10 @@ class OperationCallTest : public ::testing::Test {
     spec.settings.width = spec.settings.height = 64;
     spec.settings.crop = {0, 0, 64, 64};
     spec.settings.renderer_version = kRendererVersion;
-    spec.settings.scene = "scene";
+    Scene scene;
+    scene.materials.emplace_back().name = "grey";
+    scene.objects.push_back({"ball", 0, SphereShape{{0, 0, 0}, 1}});
+    spec.settings.scene = pack_scene(scene);
     spec.goal.samples = 4;
     return spec;
   }

@@ -46,8 +46,11 @@ Found inspect(const std::string& file, const DecoderOptions& options, const Scen
 TEST(InspectMeshes, CompressedMeshesBecomeAssets) {
   const Found found = inspect(compressed_file(4), {.program = test::program("lightmill-image-decoder")});
   ASSERT_TRUE(found.inspection.ok()) << found.inspection.status();
-  ASSERT_EQ(found.uploaded.size(), 1u);
-  const Result<Mesh> mesh = decode_mesh(as_byte_view(found.uploaded.begin()->second));
+  ASSERT_EQ(found.uploaded.size(), 2u) << "the mesh and the sky";
+  const auto asset =
+      std::ranges::find_if(found.uploaded, [](const auto& each) { return each.second.starts_with("LMM1"); });
+  ASSERT_NE(asset, found.uploaded.end());
+  const Result<Mesh> mesh = decode_mesh(as_byte_view(asset->second));
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   EXPECT_EQ(mesh->positions.size(), 16u);
   EXPECT_EQ(mesh->triangles.size(), 18u);
