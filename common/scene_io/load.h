@@ -17,7 +17,8 @@
 
 namespace lightmill {
 
-/// Whether a scene gets a uniform white sky. `automatic`: OBJ, glTF, PLY and STL files get a soft one if nothing lights them (scene_light.h).
+/// Whether a scene gets a uniform white sky. `automatic`: OBJ, glTF, PLY and STL files get a soft one if
+/// nothing lights them (scene_light.h).
 enum class SkyChoice { automatic, on, off };
 
 /// A camera of a file.

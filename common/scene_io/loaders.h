@@ -1,4 +1,5 @@
-// Loaders of scene documents, OBJ files and single meshes. load_scene chooses between them and the readers of other formats.
+// Loaders of scene documents, OBJ files and single meshes. load_scene chooses between them and the
+// readers of other formats.
 #pragma once
 
 #include "common/scene_io/load.h"

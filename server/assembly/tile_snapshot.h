@@ -34,7 +34,8 @@ std::vector<float> mean_rgb(const TileSnapshot& tile);
 /// Values as half floats, little-endian, clamped to ±65504. Their number must be a multiple of 4.
 std::string half_bytes(const std::vector<float>& values);
 
-/// Pixels of one layer of a tile for the page: half_bytes of interleaved R, G, B, E, rows from the top. Empty for layers of single samples.
+/// Pixels of one layer of a tile for the page: half_bytes of interleaved R, G, B, E, rows from the top. Empty for
+/// layers of single samples.
 /// - R, G, B: mean of all samples, or of the first 16 for layers that are not summed (for `depth`, the nearest). One
 ///   channel stands for all three.
 /// - E: standard error of the luminance from the pixel's halves with means a and b, |a − b| √(n_a n_b) / (n_a + n_b).

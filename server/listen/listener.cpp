@@ -364,20 +364,15 @@ void Listener::end_large_unread(Time now) {
   if (!unread_ || now < count_unread_at_) {
     return;
   }
+  // Sockets are read under the lock. A message that is taken after its socket was read would lose its credit.
+  const MutexLock lock(mutex_);
   std::vector<UnreadBytes::Received> received;
-  std::vector<Socket> sockets;
-  {
-    const MutexLock lock(mutex_);
-    for (ConnectionLimiter::Known& each : limiter_.known()) {
-      received.push_back({each.id, std::move(each.caller), 0, each.may_be_many});
-      sockets.push_back(open_.at(each.id));
-    }
-  }
-  for (std::size_t i = 0; i < sockets.size(); ++i) {
-    received[i].bytes = sockets[i].is_open() ? received_bytes(sockets[i].fd) : 0;
+  for (ConnectionLimiter::Known& each : limiter_.known()) {
+    const Socket& socket = open_.at(each.id);
+    received.push_back(
+        {each.id, std::move(each.caller), socket.is_open() ? received_bytes(socket.fd) : 0, each.may_be_many});
   }
   count_unread_at_ = now + std::max(kCountUnread, kCountUnreadOfOne * static_cast<int>(received.size()));
-  const MutexLock lock(mutex_);
   for (const Id id : unread_->over(received, now)) {
     if (const auto found = open_.find(id); found != open_.end()) {
       spdlog::warn(

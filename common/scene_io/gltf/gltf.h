@@ -17,8 +17,8 @@ struct GltfOptions {
 
 /// Reads a glTF file at a moment: the nodes of its scene with their meshes (instances share theirs), materials
 /// (gltf_materials.h), images inside and outside the file, punctual lights and perspective cameras. The first camera is
-/// the scene's. Without a camera, the scene gets one that sees all of it. The sky is the soft one of missing_parts.h
-/// (missing_parts.h). Notices report both, and what was left out. Errors read "model.gltf: accessors[3].count: …".
+/// the scene's. Without a camera, the scene gets one that sees all of it. The sky is the soft one of missing_parts.h.
+/// Notices report both, and what was left out. Errors read "model.gltf: accessors[3].count: …".
 Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, const GltfOptions& options,
                               FileSource files);
 
