@@ -1,5 +1,6 @@
 #include "common/methods/fingerprint.h"
 
+#include <algorithm>
 #include <new>
 
 #include "common/base/check.h"
@@ -18,10 +19,10 @@ struct Rendered {
 };
 
 // The box filter's scene has every feature of methods. The other scenes cover the filters and the light BVH.
-constexpr Rendered kRendered[] = {{FilterKind::box, 32, {3, 0}},
-                                  {FilterKind::tent, 16, {1, 0}},
-                                  {FilterKind::gaussian, 16, {1, 0}},
-                                  {FilterKind::blackman_harris, 16, {1, 0}}};
+constexpr Rendered kRendered[] = {{FilterKind::box, 24, {2, 0}},
+                                  {FilterKind::tent, 16, {0, 0}},
+                                  {FilterKind::gaussian, 16, {0, 0}},
+                                  {FilterKind::blackman_harris, 16, {0, 0}}};
 
 /// A bumpy sphere around (x, y, z) of rings and segments. No two triangles are alike.
 Mesh bumpy_sphere(double x, double y, double z, double radius) {
@@ -237,10 +238,10 @@ void add_sheets_and_instances(TestScene& test, bool shadow_catcher) {
   }
   Mesh bent = quad({-0.2, 0.7, 1.0}, {0.5, 0.1, 0}, {0, 0.5, -0.2});
   bent.texture_coordinates = {{0, 0}, {1, 0.1f}, {1, 1}, {0.1f, 1}};
-  test.add(16, bent);
+  test.add(17, bent);
   test.scene.objects.back().transform = {{{-1, 0, 0, -0.6}, {0, 1, 0, 0.5}, {0, 0, 1, 0}}};
   bent.tangents.assign(4, {0.8f, 0, 0.6f, -1});
-  test.add(15, bent);
+  test.add(18, bent);
   test.add(19, bent);
   test.scene.objects.back().transform = {{{0.9, 0.1, 0, -0.7}, {0, 0.8, 0.2, 0.9}, {0.1, 0, 1, -0.2}}};
   Mesh cloth = bumpy_sphere(-0.1, 1.4, -1.2, 0.35);
@@ -273,6 +274,10 @@ TestScene make_test_scene(const Rendered& rendered) {
   add_sheets_and_instances(test, box);
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
   add_lights(test, !box, box, box ? 180 : 120);
+  for (std::uint32_t material = 0; box && material < scene.materials.size(); ++material) {
+    LM_CHECK(std::ranges::count(scene.objects, material, &Object::material) > 0, "no object has the material {}",
+             material);
+  }
   return test;
 }
 
@@ -324,7 +329,7 @@ std::string fingerprint_class() {
       if (shared_samples(*parse_method(name)) == 0) {
         append_samples(scene, name == "ao" ? "ao:distance=1" : std::string(name), rendered.range, hasher);
       } else if (box) {
-        append_samples(clear, fmt::format("{}:photons=2000", name), {1, 0}, hasher);
+        append_samples(clear, fmt::format("{}:photons=1000", name), {0, 0}, hasher);
       }
     }
   }

@@ -33,7 +33,7 @@ TEST(Mixtures, RoomsHaveTheRadianceOfTheMeanAlbedo) {
   const auto seen_in = [](const std::string& kind, const char* method) {
     const auto scene = TestScene::from_text(document(R"("eye": [0, 0.2, 0.1], "look_at": [0.3, 0.1, -1])", 60, 32,
                                                      named("wall", kind, 1), sphere("wall", "[0, 0, 0]", 1, true)));
-    return mean_of(scene.render({method, 42, 0}, 8), 1);
+    return mean_of(scene.render({method, 42, 0}, 6), 1);
   };
   for (const char* method : {"path", "caustic:photons=5000", "vcm:photons=2000"}) {
     // Merging photons on a curved wall has a bias, which diffuse rooms have, too.
@@ -57,7 +57,7 @@ TEST(Mixtures, GlassAndWhiteAreInvisibleInUniformLight) {
         R"("eye": [0.5, 2, 4], "look_at": [0, 0, 0])", 40, 32, named("ball", kind) + "," + diffuse("sky", 0, 1),
         sphere("ball", "[0, 0, 0]", 1) + "," + sphere("sky", "[0, 0, 0]", 9, true)));
     for (const char* method : {"path", "caustic:photons=5000", "vcm:photons=10000"}) {
-      const Estimate seen = mean_of(scene.render({method, 45, 0}, 8), 1);
+      const Estimate seen = mean_of(scene.render({method, 45, 0}, 6), 1);
       EXPECT_LT(seen.standard_error, 1e-2) << method << kind;
       EXPECT_NEAR(seen.value, 1, 5 * seen.standard_error + 6e-3) << method << kind;
     }

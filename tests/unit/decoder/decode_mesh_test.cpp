@@ -183,11 +183,17 @@ TEST(DecodeMesh, FilesThatAreNoMeshAreRefused) {
   EXPECT_NE(error_message(decoder.decode_mesh(as_byte_view(points), request)), "no error");
 }
 
+// Every eighth position of a file, from the parameter on.
+class DamagedMeshes : public ::testing::TestWithParam<std::size_t> {};
+
+INSTANTIATE_TEST_SUITE_P(Few, DamagedMeshes, ::testing::Values(0), ::testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Many, DamagedMeshes, ::testing::Range<std::size_t>(1, 8), ::testing::PrintToStringParamName());
+
 // A damaged file gives arrays of the requested sizes with valid corners, or an error of its own. It does not affect the
 // next file.
-TEST(DecodeMesh, DamageAtEachPositionEndsWithAnErrorOrSoundArrays) {
+TEST_P(DamagedMeshes, EndWithAnErrorOrSoundArrays) {
   DecoderProcess decoder(built_decoder());
-  FuzzRandom random(20);
+  FuzzRandom random(20 + GetParam());
   int errors = 0, decoded = 0;
   for (const DracoMethod method : {DracoMethod::sequential, DracoMethod::edgebreaker}) {
     DracoSource grid = draco_grid(3);
@@ -210,7 +216,7 @@ TEST(DecodeMesh, DamageAtEachPositionEndsWithAnErrorOrSoundArrays) {
         EXPECT_EQ(mesh->attributes[i].size(), grid.attributes[i].numbers.size()) << at;
       }
     };
-    for (std::size_t at = 0; at < file.size(); ++at) {
+    for (std::size_t at = GetParam(); at < file.size(); at += 8) {
       std::string damaged = file;
       damaged[at] = static_cast<char>(damaged[at] ^ static_cast<char>(1 + random.below(255)));
       check(damaged, at);
@@ -220,8 +226,8 @@ TEST(DecodeMesh, DamageAtEachPositionEndsWithAnErrorOrSoundArrays) {
     }
     ASSERT_TRUE(decoder.decode_mesh(as_byte_view(file), request).ok());
   }
-  EXPECT_GT(errors, 50);
-  EXPECT_GT(decoded, 50);
+  EXPECT_GT(errors, 5);
+  EXPECT_GT(decoded, 5);
 }
 
 /// A sequential mesh that says it has this many triangles and vertices, and ends there.
