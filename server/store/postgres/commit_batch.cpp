@@ -16,7 +16,7 @@ constexpr std::size_t kMaxNodeBytes = std::size_t{512} << 20;
 enum Sql : int {
   kBegin,
   kCommit,
-  kTakeTurn,
+  kBeginCommit,
   kHighestJob,
   kPutSummary,
   kRows  ///< the first of stored::RowStatement
@@ -30,8 +30,8 @@ std::vector<std::string> make_statements() {
   std::vector<std::string> statements(kRows);
   statements[kBegin] = "BEGIN";
   statements[kCommit] = "COMMIT";
-  statements[kTakeTurn] = "SELECT take_turn($1, $2)";
-  statements[kHighestJob] = "UPDATE turn SET highest_job = $1 WHERE highest_job < $1";
+  statements[kBeginCommit] = "SELECT begin_commit($1, $2)";
+  statements[kHighestJob] = "UPDATE current_epoch SET highest_job = $1 WHERE highest_job < $1";
   statements[kPutSummary] = "UPDATE summary SET epoch = $1, commits = $2, highest_job = $3, sums = $4, checksum = $5";
   std::ranges::move(stored::row_statements(kWithin), std::back_inserter(statements));
   return statements;
@@ -68,7 +68,7 @@ Status send_commit(Session& session, Summary& after, std::span<const StoreOp> op
   LM_RETURN_IF_ERROR(check_sizes(ops));
   LM_RETURN_IF_ERROR(session.begin_batch());
   session.add(kBegin);
-  session.add(kTakeTurn, Parameters(after.epoch, after.commits));
+  session.add(kBeginCommit, Parameters(after.epoch, after.commits));
   for (const StoreOp& op : ops) {
     LM_RETURN_IF_ERROR(stored::write_rows(op, specs, after.sums, [&](int statement, const auto&... values) {
       session.add(kRows + statement, Parameters(values...));

@@ -17,7 +17,7 @@ std::span<const char* const> commit_statements();
 Status send_commit(Session& session, Summary& after, std::span<const StoreOp> ops, stored::StoredSpecs& specs);
 
 /// Stores `ops` in the caller's transaction, one statement at a time. The tables may be new, so nothing is prepared.
-/// Writes neither `turn` nor `summary`, whose sums the caller computes from the rows.
+/// Writes neither `current_epoch` nor `summary`, whose sums the caller computes from the rows.
 Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs);
 
 }  // namespace lightmill::postgres

@@ -143,7 +143,7 @@ Status Leadership::stand_by() {
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
       return cancelled("stopped on standby");
     }
-    Status whole = check_turn(session_);
+    Status whole = check_current_epoch(session_);
     whole = whole.ok() ? verify_chain(session_) : whole;
     whole = whole.ok() ? end_lease_of_gone(session_) : whole;
     const Result<std::string> holder = whole.ok() ? try_to_take(session_) : Result<std::string>(whole);
@@ -195,7 +195,7 @@ Status Leadership::verify_chain(Session& session) {
     return ok_status();
   }
   LM_ASSIGN_OR_RETURN(const Rows rows,
-                      session.query("SELECT epoch, commits, highest_job, secret FROM turn, audit_secret"));
+                      session.query("SELECT epoch, commits, highest_job, secret FROM current_epoch, audit_secret"));
   const Sha256 id = sha256(rows.view(0, 3));
   std::copy_n(id.bytes.begin(), store_.size(), store_.begin());
   CommitMark mark{store_, mark_of(rows.natural(0, 0), rows.natural(0, 1)), {}, rows.natural(0, 2)};

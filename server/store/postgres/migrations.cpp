@@ -11,6 +11,11 @@
 namespace lightmill::postgres {
 namespace {
 
+/// Name of the table `current_epoch` up to format 9.
+constexpr std::string_view kOldEpochTable = "turn";
+/// Since this format, the summary has sums over all rows. Format 8 has sums over the keys of small rows.
+constexpr int kRowSumsFormat = 9;
+
 /// Reads all but nodes, which the database copies itself.
 Result<StoredState> load_format_6(Session& session) {
   StoredState state;
@@ -41,14 +46,14 @@ class InTransaction final : public Store {
 constexpr const char* kBeginMigration = "BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int)";
 /// Copies rows from format 6 that this program does not read.
 constexpr const char* kCopyFormat6 = R"sql(
-UPDATE turn SET epoch = before.epoch, highest_job = before.highest_job FROM lightmill_format_6.turn AS before;
+UPDATE current_epoch SET epoch = before.epoch, highest_job = before.highest_job FROM lightmill_format_6.turn AS before;
 DELETE FROM audit_secret;
 INSERT INTO audit_secret SELECT secret, sha256(secret) FROM lightmill_format_6.verification_secret;
 INSERT INTO nodes SELECT * FROM lightmill_format_6.nodes WHERE job IN (SELECT id FROM jobs);
 )sql";
 /// Copies all rows from the schema {0}.
 constexpr const char* kCopySameRows = R"sql(
-UPDATE turn SET epoch = before.epoch, commits = before.commits, highest_job = before.highest_job
+UPDATE current_epoch SET epoch = before.epoch, commits = before.commits, highest_job = before.highest_job
   FROM {0}.turn AS before;
 DELETE FROM audit_secret;
 INSERT INTO audit_secret SELECT * FROM {0}.audit_secret;
@@ -98,20 +103,32 @@ Status fill_from_format_6(Session& session) {
   return session.execute(kCopyFormat6);
 }
 
-/// Format 8 has sums over keys.
-Status check_format_8(Session& session) {
-  LM_RETURN_IF_ERROR(check_turn(session));
+/// Small rows of format 8.
+Status check_key_sums(Session& session) {
   LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT keys FROM summary"));
-  const Status complete = stored::check_old_sums(session, rows.view(0, 0));
-  return complete.ok() ? complete
-                       : failed_precondition(
-                             "{}: {}. Restore a backup, or start the lightmill-server that wrote it once with "
-                             "--accept-loss",
-                             session.place(), message_of(complete));
+  return stored::check_old_sums(session, rows.view(0, 0));
+}
+
+/// Small rows since kRowSumsFormat.
+Status check_row_sums(Session& session) {
+  LM_ASSIGN_OR_RETURN(const Summary written, read_summary(session));
+  LM_ASSIGN_OR_RETURN(const stored::RowSums found, stored::load_sums(session));
+  return found.check_tables(written.sums);
+}
+
+/// Compares the rows with the summary, which format 7 does not have.
+Status check_rows(Session& session, int format) {
+  LM_RETURN_IF_ERROR(check_current_epoch(session, kOldEpochTable));
+  const Status complete = format < kRowSumsFormat ? check_key_sums(session) : check_row_sums(session);
+  return complete.code() != StatusCode::kFailedPrecondition
+             ? complete
+             : failed_precondition(
+                   "{}: {}. Restore a backup, or start the lightmill-server that wrote it once with --accept-loss",
+                   session.place(), message_of(complete));
 }
 
 Status fill_from_same_rows(Session& session, int format) {
-  LM_RETURN_IF_ERROR(format == kSameRowsFormat ? ok_status() : check_format_8(session));
+  LM_RETURN_IF_ERROR(format == kSameRowsFormat ? ok_status() : check_rows(session, format));
   LM_RETURN_IF_ERROR(replace_schema(session, format));
   return session.execute(fmt::format(kCopySameRows, kept_schema(format)));
 }
@@ -119,6 +136,9 @@ Status fill_from_same_rows(Session& session, int format) {
 Status fill(Session& session, int format) {
   LM_RETURN_IF_ERROR(format == kOldestFormat ? fill_from_format_6(session) : fill_from_same_rows(session, format));
   LM_RETURN_IF_ERROR(copy_assets(session, format));
+  if (format >= kRowSumsFormat) {  // the sums show which tiles are damaged, so they stay
+    return session.execute(fmt::format("INSERT INTO summary SELECT * FROM {}.summary", kept_schema(format)));
+  }
   LM_ASSIGN_OR_RETURN(const stored::RowSums sums, stored::load_sums(session));
   return create_summary(session, sums);
 }
@@ -140,11 +160,20 @@ Status migrate_from(int format, Session& session) {
   return ok_status();
 }
 
+/// Explains a missing table or column: the format's number is damaged, or the tables are.
+Status explain(const Status& status, const Session& session, int format) {
+  const bool is_missing = session.last_state() == "42P01" || session.last_state() == "42703";
+  return is_missing ? data_loss("{}. The table meta says format {}. It is damaged, or tables are. Restore a backup",
+                                message_of(status), format)
+                    : status;
+}
+
 }  // namespace
 
 Status migrate(Session& session, int format) {
-  const Status status = migrate_from(format, session);
+  Status status = migrate_from(format, session);
   if (!status.ok()) {
+    status = explain(status, session, format);
     session.close();  // this ends the transaction
   }
   return status;

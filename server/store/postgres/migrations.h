@@ -12,6 +12,7 @@ inline constexpr int kSameRowsFormat = 7;
 
 /// Creates the schema `lightmill` again in one transaction, and keeps the old one as `lightmill_format_N`. `format` is
 /// one of those from kOldestFormat on. FAILED_PRECONDITION if a coordinator uses the database, or it has lost rows.
+/// DATA_LOSS if it is damaged otherwise.
 Status migrate(Session& session, int format);
 
 }  // namespace lightmill::postgres

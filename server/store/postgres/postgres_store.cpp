@@ -71,7 +71,7 @@ Result<Loaded> load_all(Session& session, stored::StoredSpecs& specs) {
   LM_ASSIGN_OR_RETURN(const postgres::Summary summary, postgres::read_summary(session));
   loaded.written = summary.sums;
   LM_ASSIGN_OR_RETURN(loaded.state, stored::load_state(session, read, specs, loaded.found, loaded.repairs));
-  LM_ASSIGN_OR_RETURN(const postgres::Rows highest, session.query("SELECT highest_job FROM turn"));
+  LM_ASSIGN_OR_RETURN(const postgres::Rows highest, session.query("SELECT highest_job FROM current_epoch"));
   loaded.state.next_job_id = highest.natural(0, 0) + 1;
   LM_RETURN_IF_ERROR(load_secret(session, loaded.state));
   return loaded;

@@ -1,10 +1,10 @@
-// Tables and functions of the schema `lightmill`, format 9.
+// Tables and functions of the schema `lightmill`, format 10.
 #pragma once
 
 namespace lightmill::postgres {
 
 /// In the table `meta`.
-inline constexpr int kFormat = 9;
+inline constexpr int kFormat = 10;
 
 // One row with a checksum (summary.h). Each commit replaces it.
 inline constexpr const char* kSummaryTable = R"sql(
@@ -17,21 +17,21 @@ CREATE TABLE summary (
 ) WITH (fillfactor = 50);
 )sql";
 
-// `turn` has one row. A commit updates its number of commits, which locks the row (not its key) until the commit ends.
-// So commits of one epoch follow each other, and a repeated commit is noticed. A new epoch changes the key, so it
-// begins between two commits. Other writers share the key.
+// `current_epoch` has one row. A commit updates its number of commits, which locks the row (not its key) until the
+// commit ends. So commits of one epoch follow each other, and a repeated commit is noticed. A new epoch changes the
+// key, so it begins between two commits. Other writers share the key.
 // Small rows have one form (server/store/records.h). A job's specification, up to several MB, is written once or twice,
 // its progress with every commit. Unsigned 64-bit numbers keep their bits. Pixels and assets do not compress.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (9);
+INSERT INTO meta VALUES (10);
 
-CREATE TABLE turn (
+CREATE TABLE current_epoch (
   epoch BIGINT PRIMARY KEY,
   commits BIGINT NOT NULL,
   highest_job BIGINT NOT NULL -- ids are never reused, even after deletes
 ) WITH (fillfactor = 50);
-INSERT INTO turn VALUES (0, 0, 0);
+INSERT INTO current_epoch VALUES (0, 0, 0);
 
 CREATE TABLE lease (
   instance TEXT NOT NULL, -- of the active coordinator; part of its connections' application_name
@@ -40,14 +40,14 @@ CREATE TABLE lease (
 ) WITH (fillfactor = 50);
 INSERT INTO lease VALUES ('', '', '-infinity');
 
--- Begins the transaction with this number in the caller's epoch.
-CREATE FUNCTION take_turn(mine BIGINT, number BIGINT) RETURNS VOID LANGUAGE plpgsql AS $$
+-- Begins the commit with this number in the caller's epoch.
+CREATE FUNCTION begin_commit(mine BIGINT, number BIGINT) RETURNS VOID LANGUAGE plpgsql AS $$
 DECLARE
   last RECORD;
 BEGIN
-  UPDATE turn SET commits = number WHERE epoch = mine AND commits = number - 1;
+  UPDATE current_epoch SET commits = number WHERE epoch = mine AND commits = number - 1;
   IF NOT FOUND THEN
-    SELECT epoch, commits INTO last FROM turn;
+    SELECT epoch, commits INTO last FROM current_epoch;
     IF last.epoch = mine AND last.commits = number THEN
       RAISE EXCEPTION 'commit % of epoch % is stored', number, mine USING ERRCODE = 'LM002';
     END IF;
@@ -59,7 +59,7 @@ END $$;
 -- Fails if the caller's epoch is over. Otherwise it lasts until this transaction ends.
 CREATE FUNCTION fence(mine BIGINT) RETURNS VOID LANGUAGE plpgsql AS $$
 BEGIN
-  PERFORM 1 FROM turn WHERE epoch = mine FOR KEY SHARE;
+  PERFORM 1 FROM current_epoch WHERE epoch = mine FOR KEY SHARE;
   IF NOT FOUND THEN
     RAISE EXCEPTION 'epoch % is over', mine USING ERRCODE = 'LM001';
   END IF;
@@ -86,7 +86,7 @@ BEGIN
     PERFORM pg_terminate_backend(pid) FROM pg_stat_activity
       WHERE datname = current_database() AND application_name = 'lightmill-server ' || old.instance;
   END IF;
-  UPDATE turn SET epoch = epoch + 1, commits = 0 RETURNING epoch INTO new_epoch;
+  UPDATE current_epoch SET epoch = epoch + 1, commits = 0 RETURNING epoch INTO new_epoch;
   UPDATE lease SET instance = mine, holder = my_name, expires = clock_timestamp() + make_interval(secs => seconds);
 END $$;
 

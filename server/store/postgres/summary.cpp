@@ -34,29 +34,31 @@ Result<Summary> read_summary(Session& session) {
                                                     : damaged(session, "the table summary has a wrong checksum");
 }
 
-Status check_turn(Session& session) {
+Status check_current_epoch(Session& session, std::string_view table) {
   // One statement, so that no commit comes between the tables.
-  LM_ASSIGN_OR_RETURN(
-      const Rows rows,
-      session.query("SELECT turn.epoch, turn.commits, turn.highest_job, summary.epoch, summary.commits, "
-                    "summary.highest_job FROM turn, summary, lease, audit_secret"));
+  const std::string sql = fmt::format(
+      "SELECT {0}.epoch, {0}.commits, {0}.highest_job, summary.epoch, summary.commits, summary.highest_job FROM {0}, "
+      "summary, lease, audit_secret",
+      table);
+  LM_ASSIGN_OR_RETURN(const Rows rows, session.query(sql.c_str()));
   if (rows.size() != 1) {
-    return damaged(session, "the tables turn, summary, lease and audit_secret must have one row each");
+    return damaged(session,
+                   fmt::format("the tables {}, summary, lease and audit_secret must have one row each", table));
   }
   const std::uint64_t epoch = rows.natural(0, 0), commits = rows.natural(0, 1), written = rows.natural(0, 3);
   const bool agrees = epoch == written ? commits == rows.natural(0, 4) : epoch > written && commits == 0;
   return agrees && rows.natural(0, 2) == rows.natural(0, 5)
              ? ok_status()
-             : damaged(session, fmt::format("the table turn is damaged: epoch {}, commit {}, highest job {}", epoch,
-                                            commits, rows.natural(0, 2)));
+             : damaged(session, fmt::format("the table {} is damaged: epoch {}, commit {}, highest job {}", table,
+                                            epoch, commits, rows.natural(0, 2)));
 }
 
 Status create_summary(Session& session, const stored::RowSums& sums) {
-  LM_ASSIGN_OR_RETURN(const Rows turn, session.query("SELECT epoch, commits, highest_job FROM turn"));
-  if (turn.size() != 1) {
-    return damaged(session, fmt::format("the table turn must have one row, got {}", turn.size()));
+  LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT epoch, commits, highest_job FROM current_epoch"));
+  if (rows.size() != 1) {
+    return damaged(session, fmt::format("the table current_epoch must have one row, got {}", rows.size()));
   }
-  const Summary summary{turn.natural(0, 0), turn.natural(0, 1), turn.natural(0, 2), sums};
+  const Summary summary{rows.natural(0, 0), rows.natural(0, 1), rows.natural(0, 2), sums};
   const std::string bytes = sums.bytes();
   return session
       .query("INSERT INTO summary VALUES ($1, $2, $3, $4, $5)",

@@ -84,11 +84,11 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithARemedy) {
   };
   EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat + 1)),
             place +
-                " has store format 10, newer than format 9 of this lightmill-server: use the newer lightmill-server "
+                " has store format 11, newer than format 10 of this lightmill-server: use the newer lightmill-server "
                 "that wrote it, or choose another database with --store");
   EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kOldestFormat - 1)),
             place +
-                " has store format 5, older than format 9 of this lightmill-server: use the older lightmill-server "
+                " has store format 5, older than format 10 of this lightmill-server: use the older lightmill-server "
                 "that wrote it, or choose another database with --store");
   EXPECT_EQ(refusal_after("DELETE FROM lightmill.meta"),
             place +
@@ -143,10 +143,10 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsMigratedAndKept) {
                     .ok());
     before = describe(load_with_films(*store).value());
   }
-  // As format 7 has it: no summary, and hashes of nodes without their place.
+  // As format 7 has it: another name for the epoch, no summary, and hashes of nodes without their place.
   sql(fmt::format(
-      "DROP TABLE lightmill.summary; UPDATE lightmill.meta SET format = {}; UPDATE lightmill.nodes SET hash "
-      "= {}",
+      "SET search_path = lightmill; ALTER TABLE current_epoch RENAME TO turn; DROP TABLE summary; UPDATE meta SET "
+      "format = {}; UPDATE nodes SET hash = {}",
       postgres::kSameRowsFormat, literal_of(hash_of(*node))));
   sql("UPDATE lightmill.lease SET expires = clock_timestamp() + interval '1 hour'");
   EXPECT_EQ(open_postgres(options()).status().code(), StatusCode::kFailedPrecondition) << "a coordinator uses it";
@@ -180,6 +180,72 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat8IsMigratedAndKept) {
   sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_8 RENAME TO lightmill");
   EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "8");
   EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), describe(state_of_the_format_before()));
+}
+
+TEST_F(PostgresStoreTest, ADatabaseOfFormat9IsMigratedAndKept) {
+  sql(read_file(source_file("tests/integration/store/format_9.sql")).value());
+  EXPECT_EQ(sql("SELECT epoch || ' ' || commits FROM lightmill.turn"), "2 1");
+  for (const std::uint64_t epoch : {3u, 4u}) {
+    const PostgresStores stores = opened(options());
+    const StoredState state = load_with_films(*stores.store).value();
+    EXPECT_EQ(describe(state), describe(state_of_the_format_before()));
+    EXPECT_EQ(state.epoch, epoch);
+    EXPECT_TRUE(stores.assets->has(sha256("an asset")));
+  }
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat));
+  // The way back: the old tables under their old name.
+  sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_9 RENAME TO lightmill");
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "9");
+  EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), describe(state_of_the_format_before()));
+}
+
+TEST_F(PostgresStoreTest, ADamagedDatabaseOfFormat9IsRefusedAndNotChanged) {
+  sql(read_file(source_file("tests/integration/store/format_9.sql")).value());
+  const std::array tables{"meta", "summary", "tokens", "turn"};
+  sql("CREATE SCHEMA sound");
+  for (const char* const table : tables) {
+    sql(fmt::format("CREATE TABLE sound.{0} AS TABLE lightmill.{0}", table));
+  }
+  const auto content = [&] {
+    return sql(
+        "SELECT string_agg(query_to_xml(format('SELECT row::text FROM lightmill.%I AS row', relname), true, false, "
+        "'')::text, relname ORDER BY relname) FROM pg_class WHERE relkind = 'r' AND relnamespace = "
+        "'lightmill'::regnamespace");
+  };
+  struct Case {
+    std::string damage, message;
+    StatusCode code = StatusCode::kDataLoss;
+  };
+  const std::vector<Case> cases{
+      {"UPDATE turn SET commits = 0", "the table turn is damaged: epoch 2, commit 0, highest job 3"},
+      {"UPDATE turn SET epoch = 3", "the table turn is damaged: epoch 3, commit 1, highest job 3"},
+      {"UPDATE turn SET highest_job = 2", "the table turn is damaged: epoch 2, commit 1, highest job 2"},
+      {"DELETE FROM turn", "the tables turn, summary, lease and audit_secret must have one row each"},
+      {"UPDATE summary SET checksum = checksum + 1", "the table summary has a wrong checksum"},
+      {"UPDATE summary SET sums = set_bit(sums, 0, 1 - get_bit(sums, 0))", "the table summary has a wrong checksum"},
+      {"UPDATE meta SET format = 8", "The table meta says format 8. It is damaged, or tables are"},
+      {"DELETE FROM tokens", "its table tokens has lost rows", StatusCode::kFailedPrecondition}};
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.damage);
+    sql("SET search_path = lightmill; " + one.damage);
+    const std::string before = content();
+    const Status refused = open_postgres(options()).status();
+    EXPECT_EQ(refused.code(), one.code);
+    EXPECT_NE(message_of(refused).find(one.message), std::string::npos) << refused;
+    EXPECT_EQ(content(), before);
+    EXPECT_EQ(sql("SELECT to_regnamespace('lightmill_format_9') IS NULL"), "t");
+    for (const char* const table : tables) {
+      sql(fmt::format("DELETE FROM lightmill.{0}; INSERT INTO lightmill.{0} TABLE sound.{0}", table));
+    }
+  }
+  EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), describe(state_of_the_format_before()));
+}
+
+TEST_F(PostgresStoreTest, AMigrationFromFormat9KeepsTheSumsOfFilms) {
+  sql(read_file(source_file("tests/integration/store/format_9.sql")).value());
+  sql("DELETE FROM lightmill.results WHERE tile = 3");
+  EXPECT_EQ(stored().damaged, (std::vector<NodeKey>{{JobId{1}, TileId{0}, {1, 0}}, {JobId{1}, TileId{3}, {0, 4}}}))
+      << "its tiles share a sum, so they are rendered again";
 }
 
 TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilTheLossIsAccepted) {

@@ -55,12 +55,12 @@ TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
   }));
   proxy.swallow(Way::back, true);
   ASSERT_TRUE(other.execute("ROLLBACK").ok());
-  EXPECT_TRUE(eventually([&] { return sql("SELECT commits FROM lightmill.turn") == "2"; }));
+  EXPECT_TRUE(eventually([&] { return sql("SELECT commits FROM lightmill.current_epoch") == "2"; }));
   proxy.swallow(Way::back, false);
   proxy.cut();
   const Status status = committed.get();
   EXPECT_TRUE(status.ok()) << status;
-  EXPECT_EQ(sql("SELECT commits FROM lightmill.turn"), "2");
+  EXPECT_EQ(sql("SELECT commits FROM lightmill.current_epoch"), "2");
   const StoredState state = store->load().value();
   ASSERT_EQ(state.jobs.size(), 1u);
   EXPECT_EQ(state.jobs[0].record.id, JobId{2});
@@ -181,7 +181,7 @@ TEST_F(PostgresStoreTest, AnOpenTransactionOfADeposedCoordinatorIsEnded) {
   // A connection of the first coordinator that stopped in the middle of a commit, with its locks.
   const std::string instance = sql("SELECT instance FROM lightmill.lease");
   postgres::Session stopped({url_, "lightmill-server " + instance}, {}, std::chrono::seconds(5));
-  ASSERT_TRUE(stopped.execute("BEGIN; SELECT take_turn(1, 1); CREATE TABLE late (x BIGINT)").ok());
+  ASSERT_TRUE(stopped.execute("BEGIN; SELECT begin_commit(1, 1); CREATE TABLE late (x BIGINT)").ok());
   PostgresOptions of_second = options();
   of_second.wait = [&](std::chrono::milliseconds) {
     sql("UPDATE lightmill.lease SET expires = '-infinity'");
