@@ -32,7 +32,10 @@ void HostMonitor::check_certificate(std::int64_t now_unix_s) {
     if (wrong.empty()) {
       spdlog::info("the files of the certificate are in order again");
     } else {
-      spdlog::warn("new connections may fail, or use the certificate that was read before: {}", wrong);
+      spdlog::warn(
+          "the new certificate files cannot be used: {}. New connections may fail, or use the earlier certificate. Correct "
+          "the files. They are read again within seconds",
+          wrong);
     }
   }
   if (texts.ok()) {

@@ -40,10 +40,9 @@ void add_access_options(CLI::App& app, ServerOptions& options) {
   app.add_flag("--authenticate", options.authenticate,
                "require tokens even without a certificate, if only programs on this machine can connect")
       ->group(group);
-  app.add_flag(
-         "--insecure", options.insecure,
-         "let everyone who reaches the coordinator do everything, also from other machines. Otherwise other machines "
-         "need certificates")
+  app.add_flag("--insecure", options.insecure,
+               "let everyone who reaches the coordinator do everything, also from other machines. Without it, --listen "
+               "on other addresses than loopback needs --tls-cert")
       ->group(group);
 }
 
@@ -186,7 +185,8 @@ void add_work_options(CLI::App& app, ServerOptions& options) {
   add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
             "after a restart, running jobs wait this long for workers to reconnect with their leases");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
-            "units are so large that each keeps its worker busy for at least this time");
+            "target time of a unit on its worker. Units are longer if results would exceed --results-rate, and shorter "
+            "near the end of a job");
   add_limit(
       app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
       "CPU time that a pilot, or one range of samples of a tile, may take. Beyond it, samples are leased one at a "

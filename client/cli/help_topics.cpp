@@ -61,7 +61,8 @@ void explain_exit_codes(const Console& console) {
       {{"CODE", "MEANS"},
        {"0", "done"},
        {"1", "the job failed, was cancelled or is gone, a check found a difference, or writing a result failed"},
-       {"2", "bad usage or bad input, such as a place where no file can be written"},
+       {"2",
+        "bad usage or bad input, an unknown job or worker, a role that you lack, or a place where no file can be written"},
        {"3", "the farm is unreachable or full, or the job has no picture yet: try again later"},
        {"130", "interrupted"}});
 }

@@ -112,7 +112,8 @@ Result<RenderSettings> settings_of(const FilmPicture& picture, const std::string
     digests.push_back(asset.hex());
   }
   if (digests != receipt.asset_digests) {
-    return data_loss("the scene's meshes or images are not those of the picture");
+    return data_loss(
+        "the scene's meshes or images are not those of the picture. Give the files as they were at the render");
   }
   RenderSettings settings;
   settings.scene = scene;

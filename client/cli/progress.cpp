@@ -124,7 +124,7 @@ std::string audits_text(const v1::Job& job) {
     text = fmt::format("unaudited: none of {} was selected at a share of {:.3g}%", counted(merged, "result"),
                        100 * job.audit_share());
   } else if (job.one_identity()) {
-    text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
+    text = "unaudited: one identity (all workers have the same certificate or token, or run on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
     text = job.audits_lost() > 0
                ? fmt::format("unaudited: {} lost with their workers", counted(job.audits_lost(), "audit"))

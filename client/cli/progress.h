@@ -24,8 +24,8 @@ std::string error_text(const v1::Job& job);
 /// "relMSE ≤0.012 (95%, goal 0.01)": the upper end of the 95% confidence interval, and the goal. Once it is below the
 /// goal, also the samples at which the farm checks it next. Empty for a job without an error goal.
 std::string error_goal_text(const v1::Job& job);
-/// The method for a list of jobs. A job that allows mixed fingerprint classes has "mixed" after it. A picture that
-/// lacks some of the scene's light has "!".
+/// The method for a list of jobs. A job that allows mixed fingerprint classes has "mixed" after it. A job with
+/// notices has "!".
 std::string method_text(const v1::Job& job);
 /// "path"; or the candidates, "path or caustic", while a pilot has not chosen.
 std::string method_name(const v1::Job& job);

@@ -47,10 +47,12 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
           "source")
       ->type_name("auto|on|off")
       ->capture_default_str();
-  command.add_option("--at", options.at, "show a glTF file at this moment of its animation")
+  command.add_option("--at", options.at, "show a glTF file at this moment of its animation (default 0)")
       ->type_name("SECONDS")
       ->check(real_number(0, 1e9));
-  command.add_option("--animation", options.animation, "animation for --at (default 0), by name or number")
+  command
+      .add_option("--animation", options.animation,
+                  "animation for --at, by name or by number from 1 (default: the first)")
       ->type_name("NAME|N");
   command
       .add_option(

@@ -71,7 +71,7 @@ std::string escape_others(std::string_view text, Keeps keeps) {
 
 Status check_name(std::string_view what, std::string_view name) {
   if (name.size() > kMaxNameBytes) {
-    return invalid_argument("{}: at most {} bytes, got {}", what, kMaxNameBytes, name.size());
+    return invalid_argument("{}: must have at most {} bytes, got {}", what, kMaxNameBytes, name.size());
   }
   for (std::size_t i = 0; i < name.size();) {
     const Character character = first_character(name.substr(i));

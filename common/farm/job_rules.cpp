@@ -47,7 +47,7 @@ std::uint64_t most_samples(const Goal& goal) {
 
 Status check_goal(const Goal& goal) {
   if (goal.samples > most_samples(goal)) {
-    return invalid_argument("goal.samples: at most {}, got {}", most_samples(goal), goal.samples);
+    return invalid_argument("goal.samples: must be at most {}, got {}", most_samples(goal), goal.samples);
   }
   if (goal.seconds != 0) {
     LM_RETURN_IF_ERROR(with_context(check_goal_seconds(goal.seconds), "goal.seconds"));
@@ -85,7 +85,7 @@ Status check_grid(const RenderSettings& settings) {
   LM_RETURN_IF_ERROR(check_crop(settings.width, settings.height, settings.crop));
   return settings.meters <= kMaxMeters
              ? ok_status()
-             : invalid_argument("settings.meters: at most {}, got {}", kMaxMeters, settings.meters);
+             : invalid_argument("settings.meters: must be at most {}, got {}", kMaxMeters, settings.meters);
 }
 
 Status check_film(const RenderSettings& settings) {

@@ -106,7 +106,7 @@ std::string unmet_light(const SceneFacts& facts) {
 }
 
 std::string layers_reason(const SceneFacts& facts) {
-  return fmt::format("{} shines on {}, which reflects some of its light like a mirror: {} finds it", unmet_light(facts),
+  return fmt::format("{} shines on {}, which reflects some of its light like a mirror. {} finds it", unmet_light(facts),
                      first_of(facts.smooth_layers, "objects"),
                      admit_vcm(facts).admitted   ? "vcm"
                      : admit_ppm(facts).admitted ? "ppm alone"
@@ -148,7 +148,7 @@ Verdict admit_path(const SceneFacts& facts) {
   }
   return {"path", false,
           fmt::format(
-              "{} shines on {}: light from there to other surfaces is missing, because paths from the camera {}; {} "
+              "{} shines on {}, and paths from the camera {}. So the light from there to other surfaces is missing. {} "
               "finds it",
               unmet_light(facts), first_of(facts.smooth_casters, "objects"),
               facts.delta_lights.empty() ? "rarely hit so small a light" : "never hit a light without extent",

@@ -40,7 +40,8 @@ Status check_host(const std::string& host) {
   LM_RETURN_IF_ERROR(check_name("host", host));
   return host.size() <= kMaxEnrolmentNameBytes && host.find('/') == std::string::npos
              ? ok_status()
-             : invalid_argument("host: at most {} bytes and no slash, got '{}'", kMaxEnrolmentNameBytes, host);
+             : invalid_argument("host: must have at most {} bytes and no slash, got '{}'", kMaxEnrolmentNameBytes,
+                                host);
 }
 
 }  // namespace

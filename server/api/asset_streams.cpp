@@ -26,7 +26,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
     boost::asio::post(threads_.disk, [this, ok] {
       const Status status = ok ? take() : complete();
       if (ok) {
-        runtime_.access().taken(call_.peer, request_.ByteSizeLong(), UnreadBytes::kAroundMessage);
+        runtime_.access().taken(call_.peer, request_.ByteSizeLong(), UnreadBytes::kMessageOverhead);
       }
       if (!ok || !status.ok()) {
         upload_.reset();

@@ -63,7 +63,7 @@ Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& c
     }
   }
   Result<Call> call = access.admit(caller, credentials.peer, rpc, about);
-  access.taken(credentials.peer, request_bytes, call.ok() ? UnreadBytes::kAroundCall : 0);
+  access.taken(credentials.peer, request_bytes, call.ok() ? UnreadBytes::kCallOverhead : 0);
   if (call.ok() && call->slot != nullptr) {
     call->slot->on_evict([&context] { context.TryCancel(); });
   }

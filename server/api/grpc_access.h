@@ -20,7 +20,7 @@ Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& c
 
 /// What a client sends while it receives this many bytes: window updates. For AccessControl::taken.
 inline std::uint64_t around_sent(std::uint64_t bytes) {
-  return UnreadBytes::kAroundMessage + bytes / UnreadBytes::kShareAround / 4;
+  return UnreadBytes::kMessageOverhead + bytes / UnreadBytes::kOverheadShare / 4;
 }
 
 /// ADDRESS:PORT of the call.

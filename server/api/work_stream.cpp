@@ -53,7 +53,8 @@ void WorkStream::send(CoordinatorMessage message) {
       return;
     }
   }
-  spdlog::warn("session {}: the worker does not read its messages. Its stream is ended", session_.value);
+  spdlog::warn("session {} ({}): closed the stream, because the worker does not read its messages. It may reconnect",
+               session_.value, call_.peer);
   disconnect(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
 }
 
@@ -83,7 +84,7 @@ void WorkStream::OnReadDone(bool ok) {
     return;
   }
   const std::uint64_t bytes = request_.ByteSizeLong();
-  owner_.access_.taken(call_.peer, bytes, UnreadBytes::kAroundMessage);
+  owner_.access_.taken(call_.peer, bytes, UnreadBytes::kMessageOverhead);
   if (const Status holds = owner_.access_.check_still_holds(call_.caller); !holds.ok()) {
     finish(to_grpc(holds));
     return;

@@ -222,11 +222,12 @@ std::string Audits::reason_for_dispute(const Job& job) const {
            PendingAudits::may_audit(entry, renderer_of(each.second, job));
   });
   const std::string& of_class = entry.claims.front().by.fingerprint_class;
-  return third ? ""
-               : fmt::format(
-                     "waits for a worker of another identity{}: {} differ between {}, so that one of them is wrong",
-                     of_class.empty() ? "" : " of class " + of_class,
-                     describe_place(job, audit_key.tile, audit_key.range), describe_renderers(entry.claims));
+  return third
+             ? ""
+             : fmt::format(
+                   "waits for a worker of another identity{}, which decides whose results are wrong: {} differ between {}",
+                   of_class.empty() ? "" : " of class " + of_class,
+                   describe_place(job, audit_key.tile, audit_key.range), describe_renderers(entry.claims));
 }
 
 std::string Audits::reason_for_audits(const Job& job) const {

@@ -57,7 +57,8 @@ Result<bool> JobLifeCycle::extend(JobId id, const Extension& to, const Event& ev
     return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->state()));
   }
   if (!job->has_film()) {
-    return unavailable("job {} cannot be extended: its film is not in memory", id.value);
+    return unavailable(
+        "job {} cannot be extended: its film is still being read from the store. Try again in a few seconds", id.value);
   }
   JobSpec spec = job->spec();
   LM_ASSIGN_OR_RETURN(spec.goal, extended_goal(*job, to, event.now));

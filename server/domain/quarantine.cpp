@@ -63,8 +63,7 @@ void Quarantine::resolve(Job& job, const NodeKey& key, const Dispute& dispute, c
   }
   for (const Claim& claim : dispute.wrong) {
     if (claim.by.worker.empty()) {
-      event.warn(about(job.id()),
-                 "{}: the node that several workers' results were joined to is wrong, and is rendered again",
+      event.warn(about(job.id()), "{}: the joined node of several workers is wrong. It is dropped and rendered again",
                  describe_place(job, key.tile, key.range));
       drop_node(job, key.tile, key.range, event);
     } else {

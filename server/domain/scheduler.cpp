@@ -253,8 +253,10 @@ void Scheduler::update_result_rate(const Event& event) {
   const double most = limits_.result_bytes_per_second;
   if (!slowed_ && result_rate_.bytes_per_second() < most / 2) {
     slowed_ = true;
-    event.warn({},
-               "workers' results wait long for the coordinator: workers send fewer results, each with more samples");
+    event.warn(
+        {},
+        "results wait long for their acknowledgement. Workers send fewer of them, each with more samples. Check the "
+        "disk and the load of the coordinator, or lower --results-rate");
   } else if (slowed_ && result_rate_.bytes_per_second() == most) {
     slowed_ = false;
     event.info({}, "workers' results no longer wait: workers send them as often as before");

@@ -359,7 +359,6 @@ void Listener::end_large_unknown() {
   }
 }
 
-/// Counts without the lock, because many connections take milliseconds.
 void Listener::end_large_unread(Time now) {
   if (!unread_ || now < count_unread_at_) {
     return;
@@ -376,8 +375,8 @@ void Listener::end_large_unread(Time now) {
   for (const Id id : unread_->over(received, now)) {
     if (const auto found = open_.find(id); found != open_.end()) {
       spdlog::warn(
-          "port {}: the connection from {} is ended: it, its caller or all callers have sent too many requests that are "
-          "not complete (--wire-gib)",
+          "port {}: closed the connection from {}, because it, its caller or all callers together have sent more bytes of "
+          "incomplete requests than --wire-gib allows",
           port_, limiter_.peer_of(id));
       shut(id);
       limiter_.end(id);

@@ -14,7 +14,7 @@ constexpr std::uint64_t kShareOfOne = 256;
 std::vector<UnreadBytes::Id> UnreadBytes::over(std::span<const Received> known, Time now) {
   const double seconds = last_ == Time{} ? 0 : std::clamp(to_seconds(now - last_), 0.0, 60.0);
   last_ = now;
-  const auto forgiven = static_cast<std::uint64_t>(std::lround(kForgiven * seconds));
+  const auto credit = static_cast<std::uint64_t>(std::lround(kCreditPerSecond * seconds));
   struct Unread {
     std::uint64_t bytes;
     const Received* connection;
@@ -25,8 +25,8 @@ std::vector<UnreadBytes::Id> UnreadBytes::over(std::span<const Received> known, 
   std::uint64_t sum = 0;
   for (const Received& each : known) {
     const auto found = taken_.find(each.id);
-    // Nobody gets credit for bytes that were not sent.
-    const std::uint64_t taken = std::min(forgiven + (found == taken_.end() ? 0 : found->second), each.bytes);
+    // Bytes that were not sent give no credit.
+    const std::uint64_t taken = std::min(credit + (found == taken_.end() ? 0 : found->second), each.bytes);
     still_there.emplace(each.id, taken);
     all.push_back({each.bytes - taken, &each});
     if (!each.alone) {

@@ -1,4 +1,4 @@
-// Bytes that known callers have sent and the server has not used yet: which connections must end.
+// Accounting of unread request bytes of each connection, to find those that exceed a limit.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,8 @@
 
 namespace lightmill {
 
-/// gRPC keeps requests that are not complete, of any announced size, and many on one connection. Not thread-safe.
+/// Needed because gRPC buffers incomplete requests of any announced size, and many on one connection. Not thread-safe.
+/// All sizes are in bytes.
 class UnreadBytes {
  public:
   using Id = ConnectionLimiter::Id;
@@ -28,19 +29,21 @@ class UnreadBytes {
 
   explicit UnreadBytes(const Limits& limits) : limits_(limits) {}
 
-  /// The server has used a message of this size, or thrown it away. `around`: bytes of headers and frames around it.
-  void taken(Id id, std::uint64_t bytes, std::uint64_t around) { taken_[id] += bytes + bytes / kShareAround + around; }
+  /// The server has used a message of this size, or thrown it away. `overhead`: of headers and frames.
+  void taken(Id id, std::uint64_t bytes, std::uint64_t overhead) {
+    taken_[id] += bytes + bytes / kOverheadShare + overhead;
+  }
   /// Connections to end, those with most unread bytes first: each that exceeds its limit, and the largest ones of a
   /// caller or of all that exceed theirs. `known` has all connections whose callers are known.
   std::vector<Id> over(std::span<const Received> known, Time now);
 
-  /// Headers of a call after the first one, and its frames. What is larger is forgiven slowly.
-  static constexpr std::uint64_t kAroundCall = 256;
-  static constexpr std::uint64_t kAroundMessage = 16;  ///< of a stream
+  /// Headers of a call after the first one, and its frames. kCreditPerSecond covers the rest.
+  static constexpr std::uint64_t kCallOverhead = 256;
+  static constexpr std::uint64_t kMessageOverhead = 16;  ///< of a stream
   /// HTTP/2 and TLS add less than this part of a long message.
-  static constexpr std::uint64_t kShareAround = 128;
-  /// Bytes a second that are forgiven each connection: pings, heartbeats, health checks.
-  static constexpr double kForgiven = 32;
+  static constexpr std::uint64_t kOverheadShare = 128;
+  /// Credit of each connection, in bytes per second: pings, heartbeats, health checks.
+  static constexpr double kCreditPerSecond = 32;
 
  private:
   const Limits limits_;

@@ -20,7 +20,7 @@ Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now) {
   LM_ASSIGN_OR_RETURN(taken.header, film_header(farm, job, now));
   const Film* const film = farm.film(job);
   if (film == nullptr) {
-    return unavailable("the film of job {} is not in memory", job.value);
+    return unavailable("the film of job {} is still being read from the store. Try again in a few seconds", job.value);
   }
   taken.tiles.reserve(taken.header.tile_count());
   for (TileId tile{0}; tile.value < taken.header.tile_count(); ++tile.value) {

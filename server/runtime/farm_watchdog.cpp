@@ -56,8 +56,10 @@ void FarmWatchdog::run() {
       if (answers) {
         spdlog::info("the coordinator answers calls again");
       } else {
-        spdlog::error("the coordinator has answered no call for {:.3g} s: health checks report this",
-                      to_seconds(timeout_));
+        spdlog::error(
+            "the farm thread has not answered for {:.3g} s. Health checks say NOT_SERVING until it does. Check the "
+            "load and the disk of this machine",
+            to_seconds(timeout_));
       }
       on_change_(answers);
     }

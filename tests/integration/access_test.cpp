@@ -253,7 +253,7 @@ TEST(Access, RenewedCertificatesComeIntoUseWithoutARestart) {
   const auto says = [&](const std::string& text) {
     return eventually([&] { return secure.farm().server_log().find(text) != std::string::npos; });
   };
-  EXPECT_TRUE(says("new connections may fail, or use the certificate that was read before: --tls-cert"));
+  EXPECT_TRUE(says("the new certificate files cannot be used: --tls-cert"));
   secure.renew_server(today());
   EXPECT_TRUE(eventually(listed));
   EXPECT_TRUE(says("the files of the certificate are in order again"));

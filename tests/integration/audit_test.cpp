@@ -49,7 +49,7 @@ v1::Job submit_audited(Farm& farm, const Picture& picture, double share, bool al
 
 class Audits : public testing::TestWithParam<const char*> {};
 
-TEST_P(Audits, ALiarAmongThreeMachinesChangesNothing) {
+TEST_P(Audits, ADishonestWorkerAmongThreeMachinesChangesNothing) {
   Farm farm;
   const auto liar = start_liar(farm, "liar", "machine-1", GetParam());
   const auto honest = start_liar(farm, "honest", "machine-2", "0");

@@ -240,7 +240,7 @@ struct Attack {
 
 class UnfinishedRequestsTest : public ::testing::TestWithParam<Attack> {};
 
-TEST_P(UnfinishedRequestsTest, OfOneCallerTakeLittleMemory) {
+TEST_P(UnfinishedRequestsTest, OneCallerHasBoundedMemory) {
   const auto& [name, path, calls, request_bytes] = GetParam();
   Farm farm({"--wire-gib", "0.25"});
   farm.add_worker(1, "worker");

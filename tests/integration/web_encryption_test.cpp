@@ -73,8 +73,9 @@ TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
   web.secure().renew_server(today());
   EXPECT_TRUE(eventually([&] { return !serial().empty() && serial() != before; }));
   web.secure().write("server.pem", "no certificate");
-  EXPECT_TRUE(eventually(
-      [&] { return web.secure().farm().server_log().find("new connections may fail") != std::string::npos; }));
+  EXPECT_TRUE(eventually([&] {
+    return web.secure().farm().server_log().find("the new certificate files cannot be used") != std::string::npos;
+  }));
   EXPECT_FALSE(serial().empty()) << "earlier readings stay";
 }
 

@@ -20,8 +20,8 @@ std::string worker_class(const std::filesystem::path& decoder) {
   const Result<std::string> read = images.get();
   if (!read.ok()) {
     spdlog::warn(
-        "the image decoder does not work: {}. This worker has a fingerprint class of workers without a decoder, and "
-        "renders no jobs of other classes",
+        "the image decoder does not work: {}. This worker only renders jobs of workers without a decoder. Correct this, then "
+        "restart the worker",
         message_of(read.status()));
   }
   return sha256(fmt::format("{} {}", rendered, read.ok() ? *read : "no images")).hex().substr(0, 16);

@@ -172,7 +172,8 @@ void add_job_commands(CLI::App& app, Context& context) {
 
   CLI::App* jobs = app.add_subcommand("jobs", "List the farm's jobs, newest first.");
   jobs->footer(
-      "A ! after the method means that the picture lacks some of the scene's light. `lightmill show JOB` says which.\n"
+      "A ! after the method means that there are notices, for example about missing light. `lightmill show JOB` lists "
+      "them.\n"
       "Mixed means that workers of every fingerprint class may render the job (--allow-mixed).");
   const auto list = std::make_shared<ListOptions>();
   jobs->add_option("--state", list->states,

@@ -109,7 +109,10 @@ Status check_opacity(const std::string& path, const Material& material) {
     return invalid_argument("{}.opacity: light enters this material, so it has no opacity", path);
   }
   if (material.emission_unit == EmissionUnit::flux && !uniform_opacity(material.opacity)) {
-    return invalid_argument("{}.emission_flux: a surface whose opacity varies cannot have a power", path);
+    return invalid_argument(
+        "{}: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), but its opacity varies: give "
+        "radiance or watts per square metre",
+        path, printable(material.name));
   }
   LM_RETURN_IF_ERROR(check_range(path + ".opacity.value", material.opacity.value, 0, 1));
   return check_range(path + ".opacity.cutoff", material.opacity.cutoff, 0, 1);
@@ -210,7 +213,10 @@ Status check_material(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(check_kind(path, material));
   LM_RETURN_IF_ERROR(check_range(path + ".emission_exponent", material.emission_exponent, 0, kMaxCosineExponent));
   if (material.emission_unit == EmissionUnit::flux && material.emission.texture != kNoTexture) {
-    return invalid_argument("{}.emission_flux: cannot have a texture", path);
+    return invalid_argument(
+        "{}: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), but its emission has a "
+        "texture: give radiance or watts per square metre",
+        path, printable(material.name));
   }
   LM_RETURN_IF_ERROR(check_group(path + ".light_group", material.light_group));
   return check_power(path + ".emission", material.emission.rgb);

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// An infinite plane cannot share a flux.
+/// An infinite plane cannot share a power.
 Status check_planes(const Scene& scene) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
@@ -16,8 +16,8 @@ Status check_planes(const Scene& scene) {
     if (std::holds_alternative<PlaneShape>(object.shape) && material.emission_unit == EmissionUnit::flux &&
         material.emission != TexturedColor{}) {
       return invalid_argument(
-          "objects[{}].plane: its material \"{}\" states a flux (materials[{}].emission_flux, or a strength in watt or "
-          "lumen), which an infinite plane cannot have: give radiance or watts per square metre",
+          "objects[{}].plane: its material \"{}\" states a power (materials[{}].emission_flux, or emission_strength in watt "
+          "or lumen), which an infinite plane cannot have: give radiance or watts per square metre",
           i, printable(material.name), object.material);
     }
   }

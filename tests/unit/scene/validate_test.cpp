@@ -164,7 +164,7 @@ TEST(Document, PlanesCannotEmitAFlux) {
   };
   EXPECT_EQ(
       with(EmissionUnit::flux, {0, 0, 5}, PlaneShape{}),
-      "objects[0].plane: its material \"mirror\" states a flux (materials[1].emission_flux, or a strength in watt "
+      "objects[0].plane: its material \"mirror\" states a power (materials[1].emission_flux, or emission_strength in watt "
       "or lumen), which an infinite plane cannot have: give radiance or watts per square metre");
   EXPECT_EQ(with(EmissionUnit::radiance, {0, 0, 5}, PlaneShape{}), "no error");
   EXPECT_EQ(with(EmissionUnit::flux, {0, 0, 0}, PlaneShape{}), "no error");

@@ -138,7 +138,7 @@ TEST_F(Load, PowersNeedAnArea) {
             "no error");
   EXPECT_NE(of(R"("sphere": {"center": [0, 0, 0], "radius": 1})",
                R"(, {"material": "lamp", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}})")
-                .find("objects[2].plane: its material \"lamp\" states a flux (materials[1].emission_flux"),
+                .find("objects[2].plane: its material \"lamp\" states a power (materials[1].emission_flux"),
             std::string::npos);
 }
 

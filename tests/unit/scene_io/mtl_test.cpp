@@ -98,7 +98,7 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
                 "1/Kd - 1 and scatters Ks per unit of length"}));
 }
 
-TEST(Mtl, KaEmitsOnlyIfItCanMeanNothingElse) {
+TEST(Mtl, KaIsEmissionIfOnlySomeMaterialsHaveItAndNoneHasKe) {
   const std::string emitter_only = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\n";
   const std::string everywhere = "newmtl white\nKd 1 1 1\nKa 1 1 1\nnewmtl lamp\nKa 1 1 1\n";
   const std::string with_ke = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\nKe 9 8 7\n";

@@ -159,7 +159,7 @@ TEST_F(AllocationTest, ReportedAllocationsAreChecked) {
   JobSpec most = spec("r3", kMaxSamples);
   most.goal.adaptive = true;
   EXPECT_EQ(message_of(coordinator->submit(most, now, unix_ms(), effects).status()),
-            fmt::format("goal.samples: at most {}, got {}", kMaxSamples / 4, kMaxSamples));
+            fmt::format("goal.samples: must be at most {}, got {}", kMaxSamples / 4, kMaxSamples));
 }
 
 TEST_F(AllocationTest, AnAllocationThatLeavesSamplesOutIsRefused) {

@@ -114,7 +114,7 @@ TEST_F(MixedTest, OtherBitsOfAnotherClassAccuseNoWorker) {
   }
 }
 
-TEST_F(MixedTest, ALiarIsFoundByItsClass) {
+TEST_F(MixedTest, ADishonestWorkerIsFoundByItsClass) {
   const JobId job = submit_mixed();
   const SessionId liar = connect_of("class-a", "m1"), b = connect_of("class-b", "m2"), c = connect_of("class-a", "m3");
   answer(liar, 1);

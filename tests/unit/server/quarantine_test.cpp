@@ -223,7 +223,7 @@ TEST_F(QuarantineTest, ADisconnectedWorkerIsReleasedWithItsMachine) {
   EXPECT_EQ(worker("a").quarantine, "");
 }
 
-TEST_F(QuarantineTest, AnAuditorThatWronglyDisagreesIsTheLiar) {
+TEST_F(QuarantineTest, AnAuditorThatWronglyDisagreesEntersQuarantine) {
   const JobId job = submit_audited();
   const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
   answer(a);

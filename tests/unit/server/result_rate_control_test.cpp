@@ -64,7 +64,7 @@ TEST(ResultRateControl, IsCutByThreeQuartersAtMostAndNeverWithoutResults) {
   EXPECT_DOUBLE_EQ(control.bytes_per_second(), kMax / 4);
 }
 
-TEST(ResultRateControl, IsNotCutForResultsOfAnEarlierPace) {
+TEST(ResultRateControl, IsNotCutForResultsOfAnEarlierRate) {
   ResultRateControl control = cut_to(450);
   control.add_result(1000, kRateStart + seconds(6));
   EXPECT_FALSE(look(control, kRateStart + seconds(8), {seconds(9)})) << "500 are taken in, 450 asked for";

@@ -208,8 +208,10 @@ TEST_F(ResultsWaitTest, ANoticeMarksTheBeginningAndTheEnd) {
     heartbeat(seconds(9));
   }
   ASSERT_EQ(notices.size(), 1u);
-  EXPECT_EQ(notices[0],
-            "workers' results wait long for the coordinator: workers send fewer results, each with more samples");
+  EXPECT_EQ(
+      notices[0],
+      "results wait long for their acknowledgement. Workers send fewer of them, each with more samples. Check the disk "
+      "and the load of the coordinator, or lower --results-rate");
   for (int i = 0; rate() < limits.result_bytes_per_second; ++i) {
     ASSERT_LT(i, 200);
     ASSERT_EQ(notices.size(), 1u);

@@ -122,7 +122,7 @@ TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
   (void)disputed;
 }
 
-TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarResumes) {
+TEST_F(QuarantineTest, ADoneJobWithWrongResultsResumes) {
   const JobId first = submit_audited(0, "first");
   const SessionId liar = connect_on("m1", "liar");
   answer(liar, 1);

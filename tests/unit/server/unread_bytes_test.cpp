@@ -26,18 +26,18 @@ TEST(UnreadBytes, UsedMessagesDoNotCount) {
   UnreadBytes unread({48 * kMiB, 1000 * kMiB, 1000 * kMiB});
   double sent = 0;
   for (int i = 0; i < 100; ++i) {
-    unread.taken(1, 10 * kMiB, UnreadBytes::kAroundCall);
+    unread.taken(1, 10 * kMiB, UnreadBytes::kCallOverhead);
     sent += 10.05;  // with what HTTP/2 and TLS add
     EXPECT_EQ(unread.over(received({{1, "ada", sent}}), now), Ids{});
   }
   // Small messages, with as much around them.
   for (int i = 0; i < 100'000; ++i) {
-    unread.taken(2, 50, UnreadBytes::kAroundCall);
+    unread.taken(2, 50, UnreadBytes::kCallOverhead);
   }
   EXPECT_EQ(unread.over(received({{2, "ada", 100'000 * 300.0 / static_cast<double>(kMiB)}}), now), Ids{});
 }
 
-TEST(UnreadBytes, WhatWasNotSentGivesNoCredit) {
+TEST(UnreadBytes, CreditNeverExceedsTheReceivedBytes) {
   UnreadBytes unread({48 * kMiB, 1000 * kMiB, 1000 * kMiB});
   for (int i = 0; i < 1000; ++i) {
     unread.taken(1, kMiB, 0);
@@ -46,13 +46,13 @@ TEST(UnreadBytes, WhatWasNotSentGivesNoCredit) {
   EXPECT_EQ(unread.over(received({{1, "ada", 59}}), now), Ids{1});
 }
 
-TEST(UnreadBytes, AConnectionOfYearsIsForgivenItsPings) {
+TEST(UnreadBytes, PingsOfALongConnectionDoNotCount) {
   UnreadBytes unread({48 * kMiB, 1000 * kMiB, 1000 * kMiB});
   double sent = 0;
   for (int hour = 0; hour < 100'000; ++hour) {
     // A count each 30 s, in which a heartbeat and a ping come.
     for (int i = 0; i < 120; i += 40) {
-      unread.taken(1, 20, UnreadBytes::kAroundMessage);
+      unread.taken(1, 20, UnreadBytes::kMessageOverhead);
       sent += 120 / static_cast<double>(kMiB);
       EXPECT_EQ(unread.over(received({{1, "ada", sent}}), now + std::chrono::seconds(hour * 3600 + i * 30)), Ids{});
     }
@@ -63,7 +63,7 @@ TEST(UnreadBytes, AConnectionOfYearsIsForgivenItsPings) {
 TEST(UnreadBytes, EmptyMessagesEarnNearlyNothing) {
   UnreadBytes unread({48 * kMiB, 1000 * kMiB, 1000 * kMiB});
   for (int i = 0; i < 100'000; ++i) {
-    unread.taken(1, 0, UnreadBytes::kAroundMessage);  // five bytes and a frame each
+    unread.taken(1, 0, UnreadBytes::kMessageOverhead);  // five bytes and a frame each
   }
   EXPECT_EQ(unread.over(received({{1, "ada", 50 + 100'000 * 14.0 / static_cast<double>(kMiB)}}), now), Ids{1});
 }
@@ -87,7 +87,7 @@ TEST(UnreadBytes, MachinesThatMayShareACallerHaveOnlyTheirOwnLimit) {
   EXPECT_EQ(unread.over(all, now), Ids{3});
 }
 
-TEST(UnreadBytes, OneConnectionOfManyIsNotEndedForTheOthers) {
+TEST(UnreadBytes, ASmallConnectionSurvivesItsCallersOverrun) {
   UnreadBytes unread({48 * kMiB, 64 * kMiB, 1000 * kMiB});
   std::vector<std::tuple<UnreadBytes::Id, std::string, double>> all{{1000, "workers", 30}};
   for (UnreadBytes::Id id = 1; id < 200; ++id) {

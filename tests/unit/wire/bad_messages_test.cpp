@@ -58,7 +58,7 @@ TEST(FarmMessages, BadSettingsAreNamed) {
             "settings.layers: a layer needs a name and at least one channel, got 'beauty' with 0");
   EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->clear_kind(); }),
             "settings.layers: kind of 'beauty': unknown value 0");
-  EXPECT_EQ(refused([](auto& w) { w.set_meters(kMaxMeters + 1); }), "settings.meters: at most 256, got 257");
+  EXPECT_EQ(refused([](auto& w) { w.set_meters(kMaxMeters + 1); }), "settings.meters: must be at most 256, got 257");
   EXPECT_EQ(refused([](auto& w) { w.set_method(std::string(2000, 'x')); }),
             "settings.method: 2000 bytes are more than the limit of 1024");
 }
@@ -76,7 +76,7 @@ TEST(FarmMessages, BadGoalsAreNamed) {
   EXPECT_EQ(error_message(from_wire(goal)), "goal.error: must be finite and at least 1e-12, got inf");
   goal.set_error(0);
   goal.set_samples(kMaxSamples + 1);
-  EXPECT_EQ(error_message(from_wire(goal)), "goal.samples: at most 1073741824, got 1073741825");
+  EXPECT_EQ(error_message(from_wire(goal)), "goal.samples: must be at most 1073741824, got 1073741825");
 }
 
 TEST(FarmMessages, APilotWithoutMethodsIsRefused) {

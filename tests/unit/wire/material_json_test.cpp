@@ -206,13 +206,15 @@ TEST(MaterialJson, OpacityHasAValueAMapAndACutoff) {
     EXPECT_EQ(opacity.map, c.expected.map) << c.text;
     EXPECT_EQ(opacity.cutoff, c.expected.cutoff) << c.text;
   }
-  for (const auto& [text, message] :
-       {std::pair{R"(, "opacity": {"value": 1.5})", "materials[0].opacity.value: must be in [0, 1], got 1.5"},
-        {R"(, "opacity": {"mode": "MASK", "cutoff": -1})", "materials[0].opacity.cutoff: must be in [0, 1], got -1"},
-        {R"(, "opacity": {"map": {"texture": "u"}})",
-         "materials[0].opacity.map.texture: unknown texture \"u\": textures must define it"},
-        {R"(, "opacity": {"map": {"texture": "t"}}, "emission_flux": {"rgb": [1, 1, 1]})",
-         "materials[0].emission_flux: a surface whose opacity varies cannot have a power"}}) {
+  for (
+      const auto& [text, message] :
+      {std::pair{R"(, "opacity": {"value": 1.5})", "materials[0].opacity.value: must be in [0, 1], got 1.5"},
+       {R"(, "opacity": {"mode": "MASK", "cutoff": -1})", "materials[0].opacity.cutoff: must be in [0, 1], got -1"},
+       {R"(, "opacity": {"map": {"texture": "u"}})",
+        "materials[0].opacity.map.texture: unknown texture \"u\": textures must define it"},
+       {R"(, "opacity": {"map": {"texture": "t"}}, "emission_flux": {"rgb": [1, 1, 1]})",
+        "materials[0]: \"white\" states a power (emission_flux, or emission_strength in watt or lumen), but its opacity varies: "
+        "give radiance or watts per square metre"}}) {
     std::string error;
     read_opacity(text, error);
     EXPECT_TRUE(error.ends_with(message)) << error;
