@@ -213,7 +213,7 @@ TEST(MaterialJson, OpacityHasAValueAMapAndACutoff) {
        {R"(, "opacity": {"map": {"texture": "u"}})",
         "materials[0].opacity.map.texture: unknown texture \"u\": textures must define it"},
        {R"(, "opacity": {"map": {"texture": "t"}}, "emission_flux": {"rgb": [1, 1, 1]})",
-        "materials[0]: \"white\" states a power (emission_flux, or emission_strength in watt or lumen), but its opacity varies: "
+        "materials[0]: \"m\" states a power (emission_flux, or emission_strength in watt or lumen), but its opacity varies: "
         "give radiance or watts per square metre"}}) {
     std::string error;
     read_opacity(text, error);
