@@ -83,7 +83,11 @@ class WebStream {
     gathered_.clear();
     const auto end = boost::asio::buffer_sequence_end(buffers);
     for (auto each = boost::asio::buffer_sequence_begin(buffers); each != end; ++each) {
-      gathered_.push_back(*each);
+      // After a part is written, Asio passes it as an empty buffer. Beast's TLS stream would write that alone, and Asio takes
+      // a write of no bytes for the end.
+      if (const boost::asio::const_buffer buffer = *each; buffer.size() != 0) {
+        gathered_.push_back(buffer);
+      }
     }
     write_some(gathered_, std::forward<Handler>(handler));
   }

@@ -330,6 +330,35 @@ TEST(WebAccess, OthersJobsAreHiddenAndViewsAreRecorded) {
   })) << actions.DebugString();
 }
 
+// More than the 16 KiB of a TLS record.
+TEST(WebAccess, LargeAnswersAndMessagesArriveWhole) {
+  SecureWeb web;
+  const auto ada = web.channel("ada", {Role::submit});
+  upload_assets(ada);
+  constexpr std::size_t kJobs = 200;
+  for (std::size_t i = 0; i < kJobs; ++i) {
+    ended_job(ada);
+  }
+  const Headers shown = web.cookie_of(web.token("ada", {Role::submit}));
+  const Response list = web.get("/api/v1/jobs?page_size=200", shown);
+  EXPECT_GT(list.body().size(), 40'000u);
+  EXPECT_EQ(json::parse(list.body())["jobs"].size(), kJobs);
+  SecurePage page(web, shown);
+  std::set<std::uint64_t> jobs;
+  std::size_t largest = 0;
+  page.ask();
+  while (jobs.size() < kJobs && !page.error) {
+    const v1::ViewUpdate update = page.read();
+    largest = std::max(largest, update.ByteSizeLong());
+    for (const v1::Job& job : update.jobs().jobs()) {
+      jobs.insert(job.id());
+    }
+    page.ask();
+  }
+  EXPECT_EQ(jobs.size(), kJobs) << page.error.message();
+  EXPECT_GT(largest, 17'000u);
+}
+
 TEST(WebAccess, AJobBelongsToItsCallerAndIsRecorded) {
   SecureWeb web;
   upload_assets(web.channel("ada", {Role::submit}));

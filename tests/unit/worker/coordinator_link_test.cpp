@@ -35,7 +35,7 @@ TEST(FarmLinkTest, AStreamEndsBeforeTheNextBegins) {
     CoordinatorLink link({{"127.0.0.1:1"}, {}}, handlers);
     for (std::uint64_t stream = 1; stream <= kStreams; ++stream) {
       EXPECT_EQ(link.open(), stream);
-      EXPECT_EQ(returned, stream - 1);
+      EXPECT_GE(returned, stream - 1);  // the new one may have returned, too
       disconnected.acquire();
     }
   }
