@@ -14,6 +14,27 @@
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
+namespace {
+
+Status write_output(const FilmPicture& picture, const PictureOutputs& outputs, const std::string& path) {
+  LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
+  LM_ASSIGN_OR_RETURN(const std::string bytes, encode_picture(picture, format, outputs.view, outputs.png_layer));
+  return as_output_error(write_file_atomically(path, as_byte_view(bytes)));
+}
+
+/// Writes an EXR file to the folder for temporary files. Returns a sentence that says where it is.
+std::string keep_picture(const FilmPicture& picture) {
+  std::error_code error;
+  fs::path folder = fs::temp_directory_path(error);
+  if (error) {
+    folder = "/tmp";
+  }
+  const std::string path = (folder / fmt::format("lightmill-{:.16}.exr", picture.receipt.film_hash)).string();
+  const Status status = write_output(picture, {}, path);
+  return status.ok() ? fmt::format(". The picture is kept in {}", path) : fmt::format(". {}", message_of(status));
+}
+
+}  // namespace
 
 Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id) {
   std::optional<FilmAssembly> film;
@@ -71,12 +92,23 @@ Status check_outputs(const std::vector<std::string>& paths) {
 }
 
 Status write_outputs(const FilmPicture& picture, const PictureOutputs& outputs) {
+  Status failure;
+  std::vector<std::string> written;
   for (const std::string& path : outputs.paths) {
-    LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
-    LM_ASSIGN_OR_RETURN(const std::string bytes, encode_picture(picture, format, outputs.view, outputs.png_layer));
-    LM_RETURN_IF_ERROR(as_output_error(write_file_atomically(path, as_byte_view(bytes))));
+    if (const Status status = write_output(picture, outputs, path); status.ok()) {
+      written.push_back(path);
+    } else {
+      failure.Update(status);
+    }
   }
-  return ok_status();
+  if (failure.ok()) {
+    return ok_status();
+  }
+  const bool kept = std::ranges::any_of(
+      written, [](const std::string& path) { return picture_format(path).value() == PictureFormat::exr; });
+  return make_error(failure.code(), "{}{}{}{}", message_of(failure),
+                    written.empty() ? "" : fmt::format(". Written: {}", fmt::join(written, ", ")),
+                    outputs.is_only_copy && !kept ? keep_picture(picture) : "", outputs.remedy);
 }
 
 }  // namespace lightmill::cli

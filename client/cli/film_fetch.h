@@ -19,6 +19,9 @@ struct PictureOutputs {
   ViewSettings view = {};      ///< of PNG files
   bool denoise = false;        ///< add the reconstructed picture
   std::string png_layer = {};  ///< the layer that PNG files show; empty: the picture
+  /// The farm ends with the command. So if no EXR file can be written, one is written to the folder for temporary files.
+  bool is_only_copy = false;
+  std::string remedy = {};  ///< end of the error if a file cannot be written
 };
 
 /// Adds the reconstructed picture (common/film/reconstruct.h). FAILED_PRECONDITION if the film has no layer `features`.
@@ -30,7 +33,8 @@ Status check_output(const std::string& path);
 /// The same for pictures: each path ends in .exr or .png, and is given once.
 Status check_outputs(const std::vector<std::string>& paths);
 
-/// Writes the picture to every path. INVALID_ARGUMENT if it does not have the layer of PNG files.
+/// Writes the picture to every path, also after an error. The error says which files are written. INVALID_ARGUMENT if
+/// the picture does not have the layer of PNG files.
 Status write_outputs(const FilmPicture& picture, const PictureOutputs& outputs);
 
 }  // namespace lightmill::cli

@@ -21,8 +21,8 @@ std::string black_notice(const FilmPicture& picture, const ViewSettings& view) {
     return "";
   }
   return fmt::format(
-      "the picture is almost black (its mean is {:.1f} of 255): light the scene (--sky on), view it from elsewhere "
-      "(--camera auto), or raise --exposure",
+      "the picture is almost black (its mean is {:.1f} of 255). Add light (--sky on, if the scene has no environment), "
+      "view it from elsewhere (--camera auto), or raise --exposure",
       mean);
 }
 

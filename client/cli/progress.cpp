@@ -120,6 +120,8 @@ std::string audits_text(const v1::Job& job) {
     text = fmt::format("audited by another identity, with the same bits: {} of {}", audited, counted(merged, "result"));
   } else if (job.audit_share() <= 0) {
     text = "unaudited: not requested";
+  } else if (job.state() == v1::JOB_STATE_CANCELLED || job.state() == v1::JOB_STATE_FAILED) {
+    text = "unaudited: it ended before an audit";
   } else if (unaudited == 0 && merged > 0) {
     text = fmt::format("unaudited: none of {} was selected at a share of {:.3g}%", counted(merged, "result"),
                        100 * job.audit_share());

@@ -151,6 +151,9 @@ class Mapper {
       out.kind = metal();
     } else {
       out.kind = DiffuseMaterial{diffuse_color(out)};
+      if (!from_->illum && is_lit(from_->ks)) {
+        leave_out("Ks", from_->line_of("Ks"), ". Without illum it is diffuse, with illum 2 it is glossy");
+      }
       if (illum > 4) {
         leave_out(fmt::format("illum {}", illum), from_->line_of("illum"), ". It is rendered as diffuse");
       }

@@ -67,6 +67,15 @@ void record_refusals(AccessControl& access, FarmLoop& loop) {
   });
 }
 
+/// Callers are asked for tokens, and there is none. Only a caller with a role can create the first one.
+void warn_if_nobody_has_access(const AccessOptions& access, const StoredState& state) {
+  if (access.authenticates && !access.accepts_certificates && state.tokens.empty()) {
+    spdlog::warn(
+        "nobody can use this farm, because it requires tokens and has none. End it, start it once on a loopback address "
+        "without authentication, and create one: lightmill tokens create NAME --roles admin");
+  }
+}
+
 }  // namespace
 
 std::string uploader(const Identity& caller) {
@@ -90,6 +99,7 @@ Result<std::unique_ptr<Runtime>> Runtime::start(std::unique_ptr<Store> store, st
     spdlog::info("this is a new farm: its store was empty");
   }
   spdlog::info("epoch {}, {} in the store", state.epoch, counted(state.jobs.size(), "job"));
+  warn_if_nobody_has_access(options.access, state);
   return std::unique_ptr<Runtime>(new Runtime(options, std::move(store), std::move(assets), state));
 }
 

@@ -89,7 +89,7 @@ Result<ExitCode> render(Context& context, const Console& console, RenderCommandO
     const std::string stem = std::filesystem::path(options.render.scene.scenes.front()).stem().string();
     outputs = {stem + ".exr", stem + ".png"};
   }
-  LM_ASSIGN_OR_RETURN(const PictureOutputs checked, options.picture.checked());
+  LM_ASSIGN_OR_RETURN(PictureOutputs checked, options.picture.checked());
   options.render.denoise = options.picture.denoise;
   options.render.png_layer = options.picture.png_layer;
   LM_ASSIGN_OR_RETURN(const PreparedJob prepared, make_job(options.render, context.signals));
@@ -106,7 +106,10 @@ Result<ExitCode> render(Context& context, const Console& console, RenderCommandO
   if (!submitted.ok()) {
     return console.fail(submitted.status());
   }
+  checked.is_only_copy = farm.local_farm != nullptr;
   if (!farm.local_farm) {
+    checked.remedy = fmt::format(". The farm has the picture: `lightmill fetch {} -o FILE{}`", submitted->id(),
+                                 context.common.farm_options());
     warn_if_no_worker(console, *farm.connection, context.common);
   }
   ProgressPrinter progress(console, system_clock());

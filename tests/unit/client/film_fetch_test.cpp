@@ -69,6 +69,26 @@ TEST(FilmFile, LayersAreInTheFileAndInItsHash) {
   EXPECT_EQ(film_hash_of(*back).hex(), film_hash_of(picture).hex());
 }
 
+TEST(FilmFile, APictureThatCannotBeWrittenDoesNotStopTheOthersAndIsKept) {
+  auto [picture, hash] = example_film();
+  picture.receipt.film_hash = hash.hex();
+  const test::TemporaryFolder folder;
+  const std::string good = (folder.path() / "film.png").string(), bad = (folder.path() / "none" / "film.exr").string(),
+                    kept = (folder.path() / fmt::format("lightmill-{:.16}.exr", hash.hex())).string();
+  PictureOutputs outputs{{bad, good}};
+  outputs.remedy = ". Fetch it";
+  EXPECT_EQ(message_of(write_outputs(picture, outputs)),
+            fmt::format("cannot write {}: No such file or directory. Written: {}. Fetch it", bad, good));
+  EXPECT_TRUE(std::filesystem::exists(good));
+  const test::ScopedTmpdir temporary(folder.path());
+  outputs.is_only_copy = true;
+  outputs.remedy = "";
+  EXPECT_TRUE(message_of(write_outputs(picture, outputs)).ends_with(". The picture is kept in " + kept));
+  const Result<FilmPicture> back = load_film_picture(kept);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(film_hash_of(*back).hex(), hash.hex());
+}
+
 TEST(FilmFile, ADenoisedPictureIsBesideTheRawOneAndNotInItsHash) {
   auto [picture, hash] = example_film();
   EXPECT_EQ(message_of(denoise(picture)),

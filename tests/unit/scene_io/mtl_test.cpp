@@ -158,7 +158,7 @@ TEST(Mtl, OmissionsAreReported) {
   std::vector<std::string> notices;
   const auto materials = materials_of(
       "newmtl a\nKd 2 1 1\nmap_Pr a.png\nd 0.5\nrefl b.png\nnewmtl b\nillum 13\nKs 1 1 1\nnewmtl c\nillum 2\n"
-      "Ks 0 0 0\nnewmtl d\nillum 77\n",
+      "Ks 0 0 0\nnewmtl d\nillum 77\nnewmtl e\nKs 0 0 0.5\n",
       KaMeaning::automatic, notices);
   const auto& a = std::get<PrincipledMaterial>(materials[0].kind);
   EXPECT_EQ(a.base_color.rgb, (RgbColor{1, 1, 1}));
@@ -172,7 +172,8 @@ TEST(Mtl, OmissionsAreReported) {
           "left out: box.mtl:5: refl of material \"a\"",
           "box.mtl:7: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
           "length",
-          "left out: box.mtl:13: illum 77 of material \"d\". It is rendered as diffuse"}));
+          "left out: box.mtl:13: illum 77 of material \"d\". It is rendered as diffuse",
+          "left out: box.mtl:15: Ks of material \"e\". Without illum it is diffuse, with illum 2 it is glossy"}));
 }
 
 TEST(Mtl, UnknownStatementsAreNamedOnceAtTheirFirstLine) {
