@@ -172,7 +172,9 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
   for (const std::string& line : check.report) {
     std::cout << line << "\n";
   }
-  std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "damaged data is rendered or sent again\n");
+  if (const std::string conclusion = conclusion_of(check); !conclusion.empty()) {
+    std::cout << conclusion << "\n";
+  }
   return check.whole ? ok_status() : data_loss("{}: something is lost", state->place);
 }
 
