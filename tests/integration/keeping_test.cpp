@@ -264,6 +264,9 @@ TEST(Storage, AFullDiskRefusesJobsAtOnceAndKeepsAcceptedOnes) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
   EXPECT_TRUE(says(status.error_message(), "has accepted this, but cannot store it yet: ")) << status.error_message();
   EXPECT_TRUE(eventually([&] { return says(submit("refused").error_message(), "so nothing is changed: "); }));
+  EXPECT_TRUE(says(submit("refused").error_message(),
+                   ". Free space on its disk. Deleting jobs needs space there, too. Try again later"))
+      << submit("refused").error_message();
   disk.make_room();
   EXPECT_TRUE(eventually([&] { return submit(taken).ok(); }));
   grpc::ClientContext list;
