@@ -308,6 +308,26 @@ TEST(Check, AFolderWithoutAFarmFails) {
   EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
 }
 
+TEST(Check, ALostDatabaseIsReportedAsTheServerDoes) {
+  Farm farm;
+  farm.client().submit(kSmall);
+  kill_at_once(farm.server());
+  for (const char* const name : {"lightmill.sqlite", "lightmill.sqlite-wal", "lightmill.sqlite-shm"}) {
+    fs::remove(farm.data() / name);
+  }
+  std::vector<std::string> command{program("lightmill-server"), "--data", farm.data().string(), "--listen",
+                                   "127.0.0.1:0"};
+  for (const bool check : {false, true}) {
+    if (check) {
+      command.emplace_back("check");
+    }
+    const CommandResult refused = run_command(command);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_TRUE(says(refused.err, "is empty or gone, but commits were acknowledged. Restore a backup")) << refused.err;
+  }
+  EXPECT_FALSE(fs::exists(farm.data() / "lightmill.sqlite")) << "nothing is created";
+}
+
 TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilTheLossIsAccepted) {
   Farm farm;
   FarmClient client = farm.client();
