@@ -14,6 +14,16 @@
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
+namespace {
+
+/// What to do if the layer is missing. Empty if the film has it, or if no film can have it.
+std::string layer_advice(const FilmPicture& picture, const std::string& layer) {
+  const bool missing = std::ranges::find(picture.layers, layer, &PictureLayer::name) == picture.layers.end();
+  return missing && film_layers(std::vector{layer}).ok() ? fmt::format(". Submit the job again with --layers {}", layer)
+                                                         : "";
+}
+
+}  // namespace
 
 Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id) {
   std::optional<FilmAssembly> film;
@@ -73,8 +83,12 @@ Status check_outputs(const std::vector<std::string>& paths) {
 Status write_outputs(const FilmPicture& picture, const PictureOutputs& outputs) {
   for (const std::string& path : outputs.paths) {
     LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
-    LM_ASSIGN_OR_RETURN(const std::string bytes, encode_picture(picture, format, outputs.view, outputs.png_layer));
-    LM_RETURN_IF_ERROR(as_output_error(write_file_atomically(path, as_byte_view(bytes))));
+    const Result<std::string> bytes = encode_picture(picture, format, outputs.view, outputs.png_layer);
+    if (!bytes.ok()) {
+      return make_error(bytes.status().code(), "{}{}", message_of(bytes.status()),
+                        layer_advice(picture, outputs.png_layer));
+    }
+    LM_RETURN_IF_ERROR(as_output_error(write_file_atomically(path, as_byte_view(*bytes))));
   }
   return ok_status();
 }
