@@ -242,6 +242,22 @@ TEST_F(CliTest, ResultsThatCannotBeWrittenAreAnError) {
   }
 }
 
+TEST_F(CliTest, TheReasonOfAFailedWriteIsNamed) {
+  const std::string check = " check " + scene("cornell-bench-blocks.json");
+  for (const auto& [command, reason] :
+       {std::pair<std::string, std::string>{" --help >/dev/full", "No space left on device"},
+        {" help methods >/dev/full", "No space left on device"},
+        {check + " >/dev/full", "No space left on device"},
+        {" --help >&-", "Bad file descriptor"},
+        {check + " >&-", "Bad file descriptor"},
+        {check + " <&- >&-", "Bad file descriptor"}}) {
+    const CommandResult result = run_command({"/bin/sh", "-c", program("lightmill") + command}, environment());
+    EXPECT_EQ(result.exit_code, 1) << command;
+    EXPECT_NE(result.err.find("lightmill: cannot write to standard output: " + reason), std::string::npos)
+        << command << ": " << result.err;
+  }
+}
+
 TEST_F(CliTest, AnUnknownCommandIsReportedWithTheKnownOnes) {
   const CommandResult result = lightmill({"frobnicate"});
   for (const char* word : {"frobnicate", "render", "check"}) {
