@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <thread>
+
 #include "tests/integration/cli/cli_fixture.h"
 
 namespace lightmill::test {
@@ -160,6 +162,33 @@ TEST_F(CliTest, AMissingFarmIsReported) {
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_EQ(result.err, fmt::format("lightmill: cannot reach the farm at {}: {}\n", address, cause));
   }
+}
+
+TEST_F(CliTest, AnotherProgramAtTheAddressIsReportedWithARemedy) {
+  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  ASSERT_EQ(::listen(listener, 16), 0);
+  std::thread other([listener] {
+    for (int caller = 0; (caller = ::accept(listener, nullptr, nullptr)) >= 0;) {
+      ::close(caller);
+    }
+  });
+  const std::string at = fmt::format("127.0.0.1:{}", ntohs(address.sin_port));
+  const CommandResult result = lightmill({"jobs", "--server", at});
+  ::shutdown(listener, SHUT_RDWR);
+  other.join();
+  ::close(listener);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_EQ(
+      result.err,
+      fmt::format("lightmill: cannot reach the farm at {}: no coordinator answers there. Check the address and the "
+                  "firewall\n",
+                  at));
 }
 
 TEST_F(CliTest, AnAddressOfAPageIsNoAddressOfAFarm) {
