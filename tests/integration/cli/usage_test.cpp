@@ -287,6 +287,20 @@ TEST_F(CliTest, TheReasonOfAFailedWriteIsNamed) {
   }
 }
 
+TEST_F(CliTest, DenoisingWithoutAPictureToShowItIsRefused) {
+  const std::string box = scene("cornell-bench-blocks.json");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"render", box}, {"fetch", "1", "--server", "127.0.0.1:1"}}) {
+    const CommandResult result =
+        lightmill(with(command, {"--denoise", "--png-layer", "normal", "-o", file("normals.png")}));
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(
+        result.err,
+        "lightmill: --denoise has no effect with --png-layer, because PNG files then show a layer: leave out one of "
+        "them, or add -o FILE.exr\n");
+  }
+}
+
 TEST_F(CliTest, AnUnknownCommandIsReportedWithTheKnownOnes) {
   const CommandResult result = lightmill({"frobnicate"});
   for (const char* word : {"frobnicate", "render", "check"}) {
