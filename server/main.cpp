@@ -156,10 +156,11 @@ Status with_advice(const Status& status) {
 /// Runs `lightmill-server check`. DATA_LOSS if something is lost for good.
 Status check_stored(const ServerOptions& options, StopRequest& stop) {
   if (options.store.empty()) {
-    // Opening would create a missing store.
+    // Opening would create a missing store. It refuses to if commits were acknowledged.
+    const fs::path database = DataFolder::database_file_of(options.data);
     std::error_code error;
-    if (const std::uintmax_t bytes = fs::file_size(DataFolder::database_file_of(options.data), error);
-        error || bytes == 0) {
+    if (const std::uintmax_t bytes = fs::file_size(database, error);
+        (error || bytes == 0) && (options.accept_loss || !sqlite_has_acknowledged(database))) {
       return not_found("there is no farm in {}: lightmill.sqlite is {}. Name the coordinator's folder with --data",
                        options.data, error ? "missing" : "empty");
     }
@@ -172,7 +173,9 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
   for (const std::string& line : check.report) {
     std::cout << line << "\n";
   }
-  std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "damaged data is rendered or sent again\n");
+  if (const std::string conclusion = conclusion_of(check); !conclusion.empty()) {
+    std::cout << conclusion << "\n";
+  }
   return check.whole ? ok_status() : data_loss("{}: something is lost", state->place);
 }
 

@@ -25,10 +25,12 @@ std::string wrapped(std::FILE* stream, std::string_view text) {
 }
 
 /// Returns 0 or the errno of the failed call.
+int write_text(std::FILE* stream, std::string_view text) {
+  return std::fwrite(text.data(), 1, text.size(), stream) == text.size() && std::fflush(stream) == 0 ? 0 : errno;
+}
+
 int write_line(std::FILE* stream, std::string_view line) {
-  const bool written = std::fwrite(line.data(), 1, line.size(), stream) == line.size() &&
-                       std::fputc('\n', stream) != EOF && std::fflush(stream) == 0;
-  return written ? 0 : errno;
+  return write_text(stream, fmt::format("{}\n", line));
 }
 
 /// File names may not be UTF-8.
@@ -95,6 +97,11 @@ void Console::styled_result(std::string_view line) const {
   }
 }
 
+void Console::text(std::string_view text) const {
+  const MutexLock lock(mutex_);
+  note_write(write_text(stdout, text));
+}
+
 void Console::object(const nlohmann::json& object) const {
   if (json_) {
     const MutexLock lock(mutex_);
@@ -152,9 +159,11 @@ ExitCode Console::fail(const Status& status, nlohmann::json object) const {
 }
 
 void Console::write_result(std::string_view line) const {
-  if (const int error = write_line(stdout, line); error != 0 && write_error_ == 0) {
-    write_error_ = error;
-  }
+  note_write(write_line(stdout, line));
+}
+
+void Console::note_write(int error) const {
+  write_error_ = write_error_ == 0 ? error : write_error_;
 }
 
 ExitCode Console::finish(ExitCode code) const {

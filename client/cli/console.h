@@ -42,6 +42,7 @@ class Console {
 
   void result(std::string_view line) const;                ///< a line for people; nothing with --json
   void styled_result(std::string_view line) const;         ///< the same, with control characters for the terminal
+  void text(std::string_view text) const;                  ///< as it is, for people and programs
   void object(const nlohmann::json& object) const;         ///< the object of --json; nothing without --json
   void notice(std::string_view line) const;                ///< a line on standard error
   void notices(std::span<const std::string> lines) const;  ///< one each
@@ -64,6 +65,7 @@ class Console {
  private:
   void end_redrawn() const LM_REQUIRES(mutex_);
   void write_result(std::string_view line) const LM_REQUIRES(mutex_);
+  void note_write(int error) const LM_REQUIRES(mutex_);
 
   bool json_ = false, openjd_ = false;
   bool terminal_ = false;

@@ -49,7 +49,7 @@ Status to_status(const grpc::Status& status, const std::string& address) {
   return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
 }
 
-/// The cause in gRPC's message about an unreachable coordinator, for people. Empty if it is unknown.
+/// The cause in gRPC's message about an unreachable coordinator, for people, with what to do.
 std::string_view cause_of(const grpc::Status& answer) {
   const std::string& words = answer.error_message();
   const auto has = [&words](const char* part) { return words.find(part) != std::string::npos; };
@@ -57,8 +57,9 @@ std::string_view cause_of(const grpc::Status& answer) {
          : has("DNS resolution failed") ? ": unknown host name"
          : has("http1.x server") || has("ALPN")
              ? ": a web server answers there. Give the port of lightmill-server's --listen, not of --http"
-         : has("No route to host") || has("Network is unreachable") ? ": no route to the host"
-                                                                    : "";
+         : has("No route to host") || has("Network is unreachable")
+             ? ": no route to the host"
+             : ": no coordinator answers there. Check the address and the firewall";
 }
 
 }  // namespace

@@ -16,10 +16,19 @@ namespace lightmill::cli {
 namespace fs = std::filesystem;
 namespace {
 
+/// What to do if the layer is missing. Empty if the film has it, or if no film can have it.
+std::string layer_advice(const FilmPicture& picture, const std::string& layer) {
+  const bool missing = std::ranges::find(picture.layers, layer, &PictureLayer::name) == picture.layers.end();
+  return missing && film_layers(std::vector{layer}).ok() ? fmt::format(". Submit the job again with --layers {}", layer)
+                                                         : "";
+}
+
 Status write_output(const FilmPicture& picture, const PictureOutputs& outputs, const std::string& path) {
   LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
-  LM_ASSIGN_OR_RETURN(const std::string bytes, encode_picture(picture, format, outputs.view, outputs.png_layer));
-  return as_output_error(write_file_atomically(path, as_byte_view(bytes)));
+  const Result<std::string> bytes = encode_picture(picture, format, outputs.view, outputs.png_layer);
+  return bytes.ok() ? as_output_error(write_file_atomically(path, as_byte_view(*bytes)))
+                    : make_error(bytes.status().code(), "{}{}", message_of(bytes.status()),
+                                 layer_advice(picture, outputs.png_layer));
 }
 
 /// Writes an EXR file to the folder for temporary files. Returns a sentence that says where it is.

@@ -74,7 +74,7 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   if (!black.empty()) {
     console.result("note: " + black);
   }
-  if (outputs.denoise) {
+  if (outputs.denoise && !outputs.paths.empty()) {
     console.result("note: the error is that of the raw picture. That of the denoised one is not known");
   }
   for (const std::string& notice : film->job.method_notes().notices()) {

@@ -1,12 +1,12 @@
 // lightmill: the command line of the render farm.
+#include <fcntl.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
-#include <iostream>
 #include <map>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "client/cli/context.h"
 #include "client/cli/help_topics.h"
@@ -108,6 +108,16 @@ void group_commands(CLI::App& app) {
   }
 }
 
+/// Keeps the numbers of closed standard streams from the files and sockets that the command opens. Else it would write
+/// its results into one of those. Reading and writing such a stream fail with EBADF.
+void reserve_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) < 0) {
+      (void)::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);  // gets the lowest free number
+    }
+  }
+}
+
 int run(int argc, char** argv) {
   Signals signals;
   Context context{signals, {}, {}};
@@ -138,11 +148,11 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
-    app.exit(asked);
-    std::cout.flush();
-    return std::cout.good() || errno == EPIPE
-               ? kDone
-               : Console(false).fail(internal_error("cannot write to standard output: {}", std::strerror(errno)));
+    std::ostringstream text;
+    app.exit(asked, text, text);
+    const Console console(false);
+    console.text(text.str());
+    return console.finish(kDone);
   } catch (const CLI::ParseError& error) {
     return usage_error(app, usage_error_text(app, error, {argv + 1, argv + argc}), argc, argv);
   }
@@ -160,6 +170,7 @@ int run(int argc, char** argv) {
 }  // namespace lightmill::cli
 
 int main(int argc, char** argv) {
+  lightmill::cli::reserve_standard_streams();
   lightmill::exit_on_out_of_memory("lightmill", lightmill::cli::kJobFailed,
                                    lightmill::has_flag(argc, argv, "--openjd"));
   return lightmill::cli::run(argc, argv);

@@ -20,6 +20,11 @@ Result<PictureOutputs> PictureOptions::checked() const {
   if (!is_shown_layer(png_layer)) {
     return invalid_argument("--png-layer {}: this layer is not a picture. It is in EXR files", png_layer);
   }
+  if (denoise && !png_layer.empty() && png_outputs().size() == outputs.size()) {
+    return invalid_argument(
+        "--denoise has no effect with --png-layer, because PNG files then show a layer: leave out one of them, or add "
+        "-o FILE.exr");
+  }
   LM_RETURN_IF_ERROR(check_outputs(outputs));
   return checked;
 }

@@ -125,6 +125,9 @@ std::string library_text(std::string_view text) {
       line.append(line.empty() ? "" : "; ").append(part);
     }
   }
+  while (line.ends_with('.')) {
+    line.pop_back();
+  }
   return cut_text(printable(line), kMaxBytes);
 }
 

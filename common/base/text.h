@@ -28,8 +28,8 @@ std::string utf8_text(std::string_view text);
 /// `text` as a JSON string, with its quotes. Bytes from 0x80 on are unchanged.
 std::string json_text(std::string_view text);
 
-/// A library's error text on one line, for the end of one of our messages: its lines are trimmed and joined by "; ".
-/// The result is printable and has at most 400 bytes.
+/// A library's error text on one line, for the end of a sentence of ours: its lines are trimmed and joined by "; ". The
+/// result has no full stop at its end, is printable, and has at most 400 bytes.
 std::string library_text(std::string_view text);
 
 /// A fault in a JSON text: where it is ("line 1, column 6"; empty if unknown), and what is wrong, as library_text.

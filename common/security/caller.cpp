@@ -10,21 +10,25 @@ namespace lightmill {
 namespace {
 
 constexpr std::uint64_t kMaxTokenFileBytes = 4'096;
+constexpr const char* kBlanks = " \t\r\n";
 
 Result<std::string> read_token(const std::string& file, const char* option) {
   std::string where = kTokenVariable, text;
   if (!file.empty()) {
     where = fmt::format("{} {}", option, file);
+    const Result<std::string> read = read_file(file, kMaxTokenFileBytes);
+    if (read.ok() && read->find_first_not_of(kBlanks) == std::string::npos) {
+      return invalid_argument("{}: the file is empty: `lightmill tokens create` prints a token for it", where);
+    }
     const Status secret = check_secrecy(file, "the token");
-    const Result<std::string> read = secret.ok() ? read_file(file, kMaxTokenFileBytes) : secret;
-    if (!read.ok()) {
-      return invalid_argument("{}: {}", where, message_of(read.status()));
+    if (!secret.ok() || !read.ok()) {
+      return invalid_argument("{}: {}", where, message_of(secret.ok() ? read.status() : secret));
     }
     text = *read;
   } else if (const char* const variable = std::getenv(kTokenVariable); variable != nullptr) {
     text = variable;
   }
-  text.erase(text.find_last_not_of(" \t\r\n") + 1);
+  text.erase(text.find_last_not_of(kBlanks) + 1);
   if (text.empty() && file.empty()) {
     return text;
   }

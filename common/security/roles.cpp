@@ -59,7 +59,9 @@ Result<Roles> parse_roles(std::string_view text) {
     name = name.substr(0, name.find_last_not_of(' ') + 1);
     const std::optional<Role> role = role_named(name);
     if (!role) {
-      return invalid_argument("{}", unknown_text("role", name, list_of(Roles::all())));
+      // Without enrol: users do not name it. `lightmill tokens create NAME --enrol N` gives it.
+      const Roles known{Role::view, Role::submit, Role::operate, Role::worker, Role::admin};
+      return invalid_argument("{}", unknown_text("role", name, list_of(known)));
     }
     roles.add(*role);
     at = end + 1;

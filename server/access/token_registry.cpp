@@ -122,9 +122,11 @@ Result<Enrolment> TokenRegistry::enrol(const Identity& by, const EnrolmentReques
   EnrolmentTerms& terms = enrolling.enrolment;
   if (terms.enrolled >= terms.workers) {
     return make_error(StatusCode::kPermissionDenied,
-                      "the enrolment token {} of '{}' has enrolled all of its {} workers: an admin can create "
-                      "another with `lightmill tokens create {} --enrol N`",
-                      enrolling.id, enrolling.name, terms.workers, enrolling.name);
+                      "the enrolment token {} of '{}' has enrolled {}: an admin can create another with `lightmill "
+                      "tokens create {} --enrol N`",
+                      enrolling.id, enrolling.name,
+                      terms.workers == 1 ? "its only worker" : fmt::format("all of its {} workers", terms.workers),
+                      enrolling.name);
   }
   Enrolment enrolment;
   for (const auto& [id, token] : tokens_) {

@@ -318,6 +318,9 @@ void FarmLoop::set_space(const std::string& why) {
 void FarmLoop::set_stall(const Status& status) {
   post_always([this, status](TaskContext& context) {
     no_store_ = message_of(status);
+    if (status.code() == StatusCode::kResourceExhausted) {
+      no_store_ += ". Free space on its disk. Deleting jobs needs space there, too";
+    }
     hold(context);
     handlers_.on_storing(status.ok());
   });

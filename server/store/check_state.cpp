@@ -124,6 +124,7 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
                                        blocks ? blocked_text(users.blocked) : ended_text(users.ended)));
     check.whole = check.whole && !blocks;
   }
+  check.missing_assets = missing.size();
 }
 
 /// Like check_asset(), and deletes nothing.
@@ -171,6 +172,20 @@ Result<AssetCheck> check_assets(AssetStore& store) {
   return check;
 }
 
+std::string conclusion_of(const StateCheck& check) {
+  if (!check.whole) {
+    return "";
+  }
+  std::string text = !check.sound               ? "damaged data is rendered or sent again"
+                     : check.missing_assets > 0 ? "nothing is lost that a running job needs"
+                                                : "all is sound";
+  if (check.missing_assets > 0) {
+    text += fmt::format(". {} {} missing", counted(check.missing_assets, "asset"),
+                        check.missing_assets == 1 ? "is" : "are");
+  }
+  return text;
+}
+
 Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   LM_RETURN_IF_ERROR(store.check_structure());
   LM_ASSIGN_OR_RETURN(StoredState state, store.load());
@@ -193,9 +208,9 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
     }
   }
   StateCheck check;
-  check.report.push_back(fmt::format("{} jobs with {} nodes of {} and {} assets of {} have correct checksums",
-                                     state.jobs.size(), nodes, human_bytes(bytes), found.assets,
-                                     human_bytes(found.bytes)));
+  check.report.push_back(fmt::format("{} with {} of {} and {} of {} have correct checksums",
+                                     counted(state.jobs.size(), "job"), counted(nodes, "node"), human_bytes(bytes),
+                                     counted(found.assets, "asset"), human_bytes(found.bytes)));
   LM_RETURN_IF_ERROR(report_jobs(state, store, check));
   report_nodes(state, check);
   report_assets(state, assets, found, check);

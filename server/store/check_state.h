@@ -25,7 +25,11 @@ struct StateCheck {
   std::vector<std::string> report;  ///< lines for people
   bool sound = true;                ///< nothing is damaged
   bool whole = true;                ///< everything lost will be rendered again
+  std::size_t missing_assets = 0;   ///< assets of jobs that are not stored
 };
+/// The last line for people. Empty if something is lost, because the error says so.
+std::string conclusion_of(const StateCheck& check);
+
 /// Reads everything in the store and removes what is damaged:
 /// - Nodes, and nodes with a result of unknown origin. The next coordinator has their samples rendered again.
 /// - Assets. Clients send them again with the next job that needs them.

@@ -264,6 +264,9 @@ TEST(Storage, AFullDiskRefusesJobsAtOnceAndKeepsAcceptedOnes) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
   EXPECT_TRUE(says(status.error_message(), "has accepted this, but cannot store it yet: ")) << status.error_message();
   EXPECT_TRUE(eventually([&] { return says(submit("refused").error_message(), "so nothing is changed: "); }));
+  EXPECT_TRUE(says(submit("refused").error_message(),
+                   ". Free space on its disk. Deleting jobs needs space there, too. Try again later"))
+      << submit("refused").error_message();
   disk.make_room();
   EXPECT_TRUE(eventually([&] { return submit(taken).ok(); }));
   grpc::ClientContext list;
@@ -303,6 +306,26 @@ TEST(Check, AFolderWithoutAFarmFails) {
   const CommandResult empty = check();
   EXPECT_EQ(empty.exit_code, 1);
   EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
+}
+
+TEST(Check, ALostDatabaseIsReportedAsTheServerDoes) {
+  Farm farm;
+  farm.client().submit(kSmall);
+  kill_at_once(farm.server());
+  for (const char* const name : {"lightmill.sqlite", "lightmill.sqlite-wal", "lightmill.sqlite-shm"}) {
+    fs::remove(farm.data() / name);
+  }
+  std::vector<std::string> command{program("lightmill-server"), "--data", farm.data().string(), "--listen",
+                                   "127.0.0.1:0"};
+  for (const bool check : {false, true}) {
+    if (check) {
+      command.emplace_back("check");
+    }
+    const CommandResult refused = run_command(command);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_TRUE(says(refused.err, "is empty or gone, but commits were acknowledged. Restore a backup")) << refused.err;
+  }
+  EXPECT_FALSE(fs::exists(farm.data() / "lightmill.sqlite")) << "nothing is created";
 }
 
 TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilTheLossIsAccepted) {

@@ -83,7 +83,7 @@ bool is_former_of(const CertificateSubject& subject, const std::string& pem) {
          (!subject.hosts.empty() || all->front().name == subject.name);
 }
 
-/// Whether the file is missing, or --replace is given and `is_former` accepts its content.
+/// Whether the file is missing, or `is_former` accepts its content, so that --replace may overwrite it.
 Status check_replaceable(const fs::path& path, const std::function<bool(const std::string&)>& is_former,
                          std::string_view wanted) {
   if (std::error_code error; !fs::exists(path, error)) {
@@ -205,11 +205,9 @@ Status issue(const CertsOptions& options, const CertificateSubject& subject, con
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate authority, read_authority(options.folder));
   LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, file_name));
   const std::optional<CertificateFacts> former = certificate_in(file);
-  if (options.replace) {
-    LM_RETURN_IF_ERROR(check_replaceable(
-        file, [&](const std::string& pem) { return is_former_of(subject, pem); },
-        fmt::format("{} certificate, of '{}'", kind_of(subject), subject.name)));
-  }
+  LM_RETURN_IF_ERROR(check_replaceable(  // first, because --replace would not help
+      file, [&](const std::string& pem) { return is_former_of(subject, pem); },
+      fmt::format("{} certificate, of '{}'", kind_of(subject), subject.name)));
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate made, issue_certificate(authority, subject, days_from_now(options.days)));
   LM_RETURN_IF_ERROR(write(file, made.certificate + made.key, options.replace));
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(made.certificate));

@@ -387,6 +387,15 @@ Status migrate(const fs::path& file) {
 
 }  // namespace
 
+bool sqlite_has_acknowledged(const fs::path& file) {
+  const fs::path chain = with_suffix(file, "-chain");
+  if (std::error_code error; !fs::exists(chain, error)) {
+    return false;
+  }
+  const Result<CommitChain> opened = CommitChain::open(chain);
+  return !opened.ok() || opened->last();  // open_sqlite_store() names the error
+}
+
 Result<std::unique_ptr<Store>> open_sqlite_store(const fs::path& file, const SqliteOptions& options) {
   try {
     LM_RETURN_IF_ERROR(migrate(file));

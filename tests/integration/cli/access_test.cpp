@@ -111,6 +111,15 @@ TEST_F(SecureCliTest, AMissingAuthorityKeyIsReportedWithARemedy) {
   EXPECT_FALSE(says(why, "certs init")) << why;
 }
 
+TEST_F(SecureCliTest, ReplaceIsNamedOnlyWhereItWouldOverwrite) {
+  for (const auto& [kind, name, there] :
+       {std::tuple{"worker", "bob", "a person's certificate, of 'bob', not a worker's certificate, of 'bob'"},
+        {"person", "server", "a coordinator's certificate, of '127.0.0.1', not a person's certificate, of 'server'"}}) {
+    EXPECT_EQ(failure({"certs", kind, certs(), name}),
+              fmt::format("{} holds {}: move it away first. Nothing was changed", pem(name), there));
+  }
+}
+
 TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
   struct stat info {};
   ASSERT_EQ(::stat(pem("ca").c_str(), &info), 0);

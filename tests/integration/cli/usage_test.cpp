@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <thread>
+
 #include "tests/integration/cli/cli_fixture.h"
 
 namespace lightmill::test {
@@ -162,6 +164,33 @@ TEST_F(CliTest, AMissingFarmIsReported) {
   }
 }
 
+TEST_F(CliTest, AnotherProgramAtTheAddressIsReportedWithARemedy) {
+  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  ASSERT_EQ(::listen(listener, 16), 0);
+  std::thread other([listener] {
+    for (int caller = 0; (caller = ::accept(listener, nullptr, nullptr)) >= 0;) {
+      ::close(caller);
+    }
+  });
+  const std::string at = fmt::format("127.0.0.1:{}", ntohs(address.sin_port));
+  const CommandResult result = lightmill({"jobs", "--server", at});
+  ::shutdown(listener, SHUT_RDWR);
+  other.join();
+  ::close(listener);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_EQ(
+      result.err,
+      fmt::format("lightmill: cannot reach the farm at {}: no coordinator answers there. Check the address and the "
+                  "firewall\n",
+                  at));
+}
+
 TEST_F(CliTest, AnAddressOfAPageIsNoAddressOfAFarm) {
   const CommandResult result = lightmill({"jobs", "--server", "http://farm.example:7350"});
   EXPECT_EQ(result.exit_code, 2);
@@ -239,6 +268,36 @@ TEST_F(CliTest, ResultsThatCannotBeWrittenAreAnError) {
                     environment());
     EXPECT_EQ(result.exit_code, 1) << result.err;
     EXPECT_NE(result.err.find("standard output"), std::string::npos) << result.err;
+  }
+}
+
+TEST_F(CliTest, TheReasonOfAFailedWriteIsNamed) {
+  const std::string check = " check " + scene("cornell-bench-blocks.json");
+  for (const auto& [command, reason] :
+       {std::pair<std::string, std::string>{" --help >/dev/full", "No space left on device"},
+        {" help methods >/dev/full", "No space left on device"},
+        {check + " >/dev/full", "No space left on device"},
+        {" --help >&-", "Bad file descriptor"},
+        {check + " >&-", "Bad file descriptor"},
+        {check + " <&- >&-", "Bad file descriptor"}}) {
+    const CommandResult result = run_command({"/bin/sh", "-c", program("lightmill") + command}, environment());
+    EXPECT_EQ(result.exit_code, 1) << command;
+    EXPECT_NE(result.err.find("lightmill: cannot write to standard output: " + reason), std::string::npos)
+        << command << ": " << result.err;
+  }
+}
+
+TEST_F(CliTest, DenoisingWithoutAPictureToShowItIsRefused) {
+  const std::string box = scene("cornell-bench-blocks.json");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"render", box}, {"fetch", "1", "--server", "127.0.0.1:1"}}) {
+    const CommandResult result =
+        lightmill(with(command, {"--denoise", "--png-layer", "normal", "-o", file("normals.png")}));
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(
+        result.err,
+        "lightmill: --denoise has no effect with --png-layer, because PNG files then show a layer: leave out one of "
+        "them, or add -o FILE.exr\n");
   }
 }
 

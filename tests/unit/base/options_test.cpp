@@ -73,6 +73,7 @@ TEST(LibraryText, IsOneShortLine) {
   EXPECT_EQ(library_text("could not connect:\n\trefused\n  Is it up? \r\n\n"),
             "could not connect:; refused; Is it up?");
   EXPECT_EQ(library_text(" \n"), "");
+  EXPECT_EQ(library_text("Unexpected end of file.\n"), "Unexpected end of file");
   EXPECT_EQ(library_text("a\x1b[31mb\xff"), "a\\x1b[31mb\\xff");
   const std::string cut = library_text(std::string(100'000, 'x'));
   EXPECT_TRUE(cut.size() < 500 && cut.ends_with("x…")) << cut.size();

@@ -148,6 +148,12 @@ TEST(FilmFile, APngShowsTheWantedLayer) {
   EXPECT_EQ(first_bytes("depth"), (std::vector<int>{255, 255, 255, 188, 188, 188, 0, 0, 0}));
   EXPECT_EQ(message_of(write_outputs(picture, {{"layer.png"}, {}, false, "features"})),
             "the picture has no layer \"features\" that can be shown. Layers that can be shown: albedo, normal, depth");
+  EXPECT_EQ(message_of(write_outputs(picture, {{"layer.png"}, {}, false, "direct"})),
+            "the picture has no layer \"direct\" that can be shown. Layers that can be shown: albedo, normal, depth. "
+            "Submit the job again with --layers direct");
+  picture.layers.clear();
+  EXPECT_EQ(message_of(write_outputs(picture, {{"layer.png"}, {}, false, "none-such"})),
+            "the picture has no layer \"none-such\" that can be shown. Layers that can be shown: none");
 }
 
 TEST(FilmFile, OneChangedBitIsDetected) {

@@ -140,6 +140,8 @@ TEST(Roles, SurviveARoundTripThroughText) {
   for (const char* bad : {"", "view,", "root", "View", "view submit"}) {
     EXPECT_EQ(parse_roles(bad).status().code(), StatusCode::kInvalidArgument) << bad;
   }
+  EXPECT_EQ(message_of(parse_roles("boss").status()),
+            "unknown role 'boss'. Known roles: view, submit, operate, worker, admin");
 }
 
 class TlsFilesTest : public ::testing::Test {

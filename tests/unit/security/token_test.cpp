@@ -123,6 +123,10 @@ TEST_F(CallerTest, TokensComeFromAFileOrTheEnvironment) {
   EXPECT_EQ(read(file_, "127.0.0.1:7350")->token, other);
   ASSERT_EQ(::chmod(file_.c_str(), 0644), 0);
   EXPECT_NE(message_of(read(file_, "127.0.0.1:7350").status()).find("chmod 600"), std::string::npos);
+  ASSERT_TRUE(write_file_atomically(file_, as_byte_view(std::string("\n"))).ok());
+  ASSERT_EQ(::chmod(file_.c_str(), 0644), 0);
+  EXPECT_EQ(message_of(read(file_, "127.0.0.1:7350").status()),
+            fmt::format("--token-file {}: the file is empty: `lightmill tokens create` prints a token for it", file_));
   ASSERT_TRUE(write_secret_file(file_, as_byte_view(std::string("rubbish")), true).ok());
   EXPECT_NE(message_of(read(file_, "127.0.0.1:7350").status()).find("--token-file " + file_), std::string::npos);
 }

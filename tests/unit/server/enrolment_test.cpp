@@ -88,6 +88,12 @@ TEST_F(EnrolmentTest, UsesAreLimited) {
   EXPECT_EQ(enrol("c").status().code(), kPermissionDenied);
 }
 
+TEST_F(EnrolmentTest, TheOnlyUseOfATokenIsNamedAsOne) {
+  make(1);
+  EXPECT_TRUE(enrol("a").ok());
+  EXPECT_NE(message_of(enrol("b").status()).find("has enrolled its only worker: an admin can"), std::string::npos);
+}
+
 TEST_F(EnrolmentTest, ARepeatedRequestCountsOnce) {
   make(2);
   const EnrolmentRequest first = request("a");

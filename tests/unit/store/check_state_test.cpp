@@ -79,6 +79,7 @@ TEST_F(CheckStateTest, ASoundStoreIsReportedAsSound) {
   EXPECT_TRUE(found.sound && found.whole);
   ASSERT_EQ(found.report.size(), 1u);
   EXPECT_TRUE(found.report[0].starts_with("2 jobs with 4 nodes")) << found.report[0];
+  EXPECT_EQ(conclusion_of(found), "all is sound");
 }
 
 TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
@@ -115,7 +116,7 @@ TEST_F(CheckStateTest, AnAlteredJobIsTakenOutAndLost) {
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound || found.whole);
   ASSERT_EQ(found.report.size(), 2u);
-  EXPECT_TRUE(found.report[0].starts_with("1 jobs with 2 nodes")) << found.report[0];
+  EXPECT_TRUE(found.report[0].starts_with("1 job with 2 nodes")) << found.report[0];
   EXPECT_TRUE(found.report[1].starts_with("job 2: ")) << found.report[1];
   EXPECT_TRUE(check()->sound) << "once it is gone";
 }
@@ -279,6 +280,7 @@ TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
   const StateCheck again = check().value();
   EXPECT_TRUE(again.sound) << "nothing is damaged any more";
   EXPECT_FALSE(again.whole) << "and still an asset is missing";
+  EXPECT_EQ(conclusion_of(again), "") << "the error says it";
 }
 
 TEST_F(CheckStateTest, AMissingAssetOfADoneJobBlocksNothing) {
@@ -301,6 +303,8 @@ TEST_F(CheckStateTest, AMissingAssetOfADoneJobBlocksNothing) {
   EXPECT_EQ(found.report.back(),
             "asset " + sha256("two").hex() +
                 " is missing. No running job needs it: jobs 1, 2 have ended, and need it only for `lightmill extend`");
+  EXPECT_EQ(conclusion_of(found), "damaged data is rendered or sent again. 1 asset is missing");
+  EXPECT_EQ(conclusion_of(check().value()), "nothing is lost that a running job needs. 1 asset is missing");
   damage("job = 2 AND tile = 1");
   const StateCheck incomplete = check().value();
   EXPECT_FALSE(incomplete.whole);
