@@ -562,6 +562,14 @@ def principled_subsurface_by_image():
 
 
 @case
+def fresnel_subsurface():
+    inner = "SUBSURFACE_SCATTERING", {"Color": (0.7, 0.4, 0.25, 1), "Radius": (1.0, 0.4, 0.2), "Scale": 0.3}
+    shiny = "BSDF_GLOSSY", {"Color": gray(1), "Roughness": 0.2}
+    skin = mixture("skin", inner, shiny, ("FRESNEL", {"IOR": 1.45}))
+    under_the_sky(lifted=GAP, ball=skin, block=skin)
+
+
+@case
 def glass_mix_by_image():
     spots = image("spots", 64, lambda x, y: (min(max(2 * math.sin(19 * x) * math.sin(19 * y) + 0.5, 0), 1),) * 3 + (1,), data=True)
     clear, rough = ("BSDF_GLASS", {"Color": gray(1), "Roughness": 0.0, "IOR": 1.5}), ("BSDF_DIFFUSE", {"Color": (0.7, 0.3, 0.2, 1)})

@@ -538,6 +538,18 @@ class Mixtures(unittest.TestCase):
         self.assertEqual((document["principled"]["ior"], document["principled"]["specular"]), (2, 0.5))
         self.assert_notices()
 
+    def test_subsurface_scattering_and_white_gloss_by_fresnel_are_a_body_with_a_highlight(self):
+        n = self.nodes
+        skin = n.add("SubsurfaceScattering", Color=RED, Scale=1.0)
+        document = n.export(n.mix(skin, n.glossy(roughness=0.25), n.add("Fresnel", IOR=1.4)))
+        self.assertAlmostEqual(document["principled"]["ior"], 1.4, 6)
+        self.assertEqual(document["principled"]["transmittance"], {"rgb": [1, 1, 1]})
+        np.testing.assert_allclose(document["interior"]["subsurface"]["color"]["rgb"], RED)
+        self.assertNotIn("burley_diffuse", document["principled"])
+        self.assert_notices()
+        document = n.export(n.mix(skin, n.glossy((0.5, 0.5, 0.5)), n.add("Fresnel", IOR=1.4)))
+        self.assertIn("mixture", document)
+
     def test_a_grey_gloss_of_plastic_absorbs_light(self):
         n = self.nodes
         document = n.export(n.mix(n.diffuse(RED), n.glossy((0.5, 0.5, 0.5)), n.add("Fresnel", IOR=1.5)))
