@@ -142,7 +142,8 @@ void MaterialTable::add(const Material& material, const Material& owner, const s
                    has_sheen_ |= !is_black(m.sheen_color);
                    principled_.closed.push_back(is_sheet(material) && is_boundary(owner) ? 1 : 0);
                    has_principled_sheets_ |= is_sheet(material);
-                   return {MaterialKind::principled, true, m.base_color, m.transmittance, m.sheen_color};
+                   const TexturedColor through = is_sheet(material) ? m.transmittance : TexturedColor{};
+                   return {MaterialKind::principled, true, m.base_color, through, m.sheen_color};
                  },
                  [&](const MixtureMaterial& m) -> Entry {
                    push(mixture_.factor, m.factor);

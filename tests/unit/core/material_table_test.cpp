@@ -79,18 +79,19 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
 TEST(MaterialTable, SheetsAroundAMediumAreClosed) {
   const PrincipledMaterial sheet{.base_color = {0.5f, 0.5f, 0.5f}, .transmittance = {0.25f, 0.5f, 1}};
   Scene scene;
-  scene.materials.resize(3);
+  scene.materials.resize(4);
   scene.materials[0].kind = sheet;
   scene.materials[1].kind = sheet;
   scene.materials[1].interior.scattering = {1, 1, 1};
   scene.materials[2].kind = PrincipledMaterial{};
+  scene.materials[3].kind = PrincipledMaterial{.metallic = 1, .transmittance = {1, 1, 1}};
   const MaterialTable table(scene, material_rows(scene), {}, std::vector<Vec3>(scene.materials.size()));
-  for (std::uint32_t i = 0; i < 3; ++i) {
+  for (std::uint32_t i = 0; i < 4; ++i) {
     Surface8 surface{};
     surface.material = U8(i);
     EXPECT_EQ(table.principled(surface, M8(true)).sheet->closed.bits(), i == 1 ? 0xff : 0) << i;
-    // A thin sheet reflects half of what it does not transmit. A body has its base colour.
-    const float expected[] = {0.625f, 0.5f, 0.8f};
+    // A thin sheet reflects half of what it does not transmit. A body has its base colour, and metal transmits nothing.
+    const float expected[] = {0.625f, 0.5f, 0.8f, 0.8f};
     EXPECT_EQ((table.albedo(surface, M8(true)).x == F8(expected[i])).bits(), 0xff) << i;
   }
 }
