@@ -50,6 +50,11 @@ F8 burley_albedo(F8 cos_o, F8 roughness) {
   return (F8(1.0f) - F8(0.5f) * f) * F8(41.0f / 42) + f * r + (F8(1.0f) - f) * rf + f * r2f;
 }
 
+/// Share of light that Burley's gloss leaves to a diffuse part without retro-reflection.
+F8 burley_leaves(F8 cos_theta) {
+  return F8(1.0f) - F8(0.5f) * schlick_weight(cos_theta);
+}
+
 M8 is_rough(F8 alpha) {
   return alpha >= F8(ggx::kSmoothAlpha);
 }
@@ -78,9 +83,18 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   f0_ = min(root * root * F8(2.0f) * p.specular, F8(1.0f));
   f90_ = min(min(F8(2.0f) * p.specular, F8(50.0f) * f0_), F8(1.0f));  // no gloss for an index of 1
   // Opaque surfaces have a coat on both sides, glass only on the outside.
-  const M8 inside_glass = and_not(glass_ > F8(0.0f), front);
-  coat_ = masked(~inside_glass, p.coat);
-  coat_beyond_ = masked(inside_glass, p.coat);
+  M8 bare = and_not(glass_ > F8(0.0f), front);
+  const F8 outer_f0 = f0_, outer_f90 = f90_;
+  M8 in_medium;
+  const bool has_sheet = p.sheet && ((max_component(p.sheet->transmittance) > F8(0.0f)) | p.sheet->closed).any();
+  if (has_sheet) {
+    in_medium = and_not(p.sheet->closed, front);
+    bare = bare | in_medium;
+    f0_ = masked(~in_medium, f0_);
+    f90_ = masked(~in_medium, f90_);
+  }
+  coat_ = masked(~bare, p.coat);
+  coat_beyond_ = masked(bare, p.coat);
 
   terms_ = facets_.albedo(wo);
   metal_albedo_ = base_ * terms_.normal + V8{terms_.grazing, terms_.grazing, terms_.grazing};
@@ -94,7 +108,7 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   gloss_albedo_mean_ = min(facets_.mean_albedo().of(f0_, f90_), F8(0.9999f));
   diffuse_albedo_ = F8(1.0f) - gloss_albedo_;
   if (has_burley_) {
-    burley_ = p.burley;
+    burley_ = and_not(p.burley, in_medium);
     roughness_ = p.roughness;
     if (p.anisotropy) {
       roughness_ = select(p.anisotropy->strength > F8(0.0f), sqrt(alpha_), roughness_);
@@ -106,10 +120,53 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
     coat_mean_ = coat_ * coat_albedo(ggx::mean_albedo(coat_alpha_));
   }
   if (p.sheen && (max_component(p.sheen->color) > F8(0.0f)).any()) {
-    const V8 color = masked(~inside_glass, p.sheen->color);
+    const V8 color = masked(~bare, p.sheen->color);
     sheen_ = {Sheen8(p.sheen->roughness, wo), color * (metal_ + plastic_), max_component(color)};
   }
+  if (has_sheet) {
+    const F8 outer_sheen = sheen_ ? max_component(p.sheen->color) : F8(0.0f);
+    sheet_ = {p.sheet->transmittance, p.sheet->closed, in_medium, p.burley, outer_f0, outer_f90, p.coat, outer_sheen};
+    set_sheet(wo);
+  }
   set_probabilities(wo);
+}
+
+void Principled8::set_sheet(const V8& wo) {
+  Sheet8& sheet = *sheet_;
+  const F8 gloss = min(facets_.mean_albedo().of(sheet.f0, sheet.f90), F8(0.9999f));
+  F8 mean = F8(1.0f) - masked(~sheet.burley, gloss);
+  if (has_coat_) {
+    mean *= F8(1.0f) - sheet.coat * coat_albedo(ggx::mean_albedo(coat_alpha_));
+  }
+  if (sheen_) {
+    mean *= F8(1.0f) - sheet.sheen * sheen_->white.mean_albedo();
+  }
+  sheet.root_mean = sqrt(mean);
+  sheet.at_wo = layers_leave(wo);
+  sheet.lambert = select(burley_, burley_leaves(wo.z) * F8(41.0f / 42), diffuse_albedo_);
+}
+
+F8 Principled8::layers_leave(const V8& outside) const {
+  const F8 gloss = F8(1.0f) - facets_.albedo(outside).of(sheet_->f0, sheet_->f90);
+  F8 left = select(sheet_->burley, burley_leaves(outside.z), gloss);
+  if (has_coat_) {
+    left *= F8(1.0f) - sheet_->coat * coat_albedo(ggx::albedo(outside.z, coat_alpha_));
+  }
+  if (sheen_) {
+    left *= F8(1.0f) - sheet_->sheen * sheen_->white.albedo(outside.z);
+  }
+  return left;
+}
+
+F8 Principled8::through_sheet(const V8& wi) const {
+  const F8 at_wi = layers_leave({wi.x, wi.y, abs(wi.z)});
+  const F8 thin = sheet_->at_wo * at_wi / (sheet_->root_mean * sheet_->root_mean);
+  return select(sheet_->closed, select(sheet_->inside, at_wi, sheet_->at_wo) / sheet_->root_mean, thin);
+}
+
+F8 Principled8::sheet_albedo() const {
+  const F8 front = select(sheet_->closed, sheet_->at_wo / sheet_->root_mean, sheet_->at_wo);
+  return select(sheet_->inside, sheet_->root_mean, front);
 }
 
 void Principled8::set_probabilities(const V8& wo) {
@@ -119,6 +176,10 @@ void Principled8::set_probabilities(const V8& wo) {
   p_gloss_ = left * (metal_ * average(metal_albedo_) + plastic_ * gloss_albedo_) + average(inner_coat(wo.z));
   p_diffuse_ = left * plastic_ * diffuse_albedo_ * base;
   p_glass_ = left * glass_ * (F8(0.5f) + F8(0.5f) * base);
+  if (sheet_) {
+    const F8 taken = left * plastic_ * sheet_->lambert * average(base_ * sheet_->transmittance);
+    p_diffuse_ = max(p_diffuse_ - taken, F8(0.0f));
+  }
   F8 sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_;
   if (sheen_) {
     const F8 below = F8(1.0f) - sheen_->weight * sheen_->white.albedo();
@@ -127,6 +188,10 @@ void Principled8::set_probabilities(const V8& wo) {
     sheen_->p = left * average(sheen_->color) * sheen_->white.albedo();
     sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_ + sheen_->p;
   }
+  if (sheet_) {
+    sheet_->p = plastic_ * average(sheet_->transmittance) * sheet_albedo();
+    sum += sheet_->p;
+  }
   const F8 scale = masked(sum > F8(0.0f), F8(1.0f) / sum);
   p_coat_ *= scale;
   p_gloss_ *= scale;
@@ -134,6 +199,9 @@ void Principled8::set_probabilities(const V8& wo) {
   p_glass_ *= scale;
   if (sheen_) {
     sheen_->p *= scale;
+  }
+  if (sheet_) {
+    sheet_->p *= scale;
   }
 }
 
@@ -208,6 +276,14 @@ V8 Principled8::eval(const V8& wo, const V8& wi) const {
     diffuse = select(burley_, plastic_ * burley(wo, wi, roughness_), diffuse);
   }
   V8 below = base_ * (diffuse * masked(above, wi.z * F8(kInvPi)));
+  V8 through;
+  if (sheet_) {
+    const F8 lambert = select(burley_, plastic_ * (burley_leaves(wo.z) * burley_leaves(wi.z)), diffuse);
+    const V8 reflected = below - base_ * sheet_->transmittance * (lambert * masked(above, wi.z * F8(kInvPi)));
+    below = {max(reflected.x, F8(0.0f)), max(reflected.y, F8(0.0f)), max(reflected.z, F8(0.0f))};
+    const F8 cosine = masked(wi.z < F8(0.0f), -wi.z * F8(kInvPi));
+    through = sheet_->transmittance * (plastic_ * through_sheet(wi) * cosine);
+  }
   if (sheen_) {
     f = f * sheen_leaves(wi, false);
     below = below * sheen_leaves(wi, true) + sheen_->color * sheen_->white.reflection(wo, wi);
@@ -215,12 +291,15 @@ V8 Principled8::eval(const V8& wo, const V8& wi) const {
   if (has_glass_) {
     f = f + glass_bsdf_.eval(wo, wi) * glass_;
   }
-  if (!has_coat_) {
-    return f + below;
+  V8 sum;
+  if (has_coat_) {
+    const F8 facets = masked(above & is_rough(coat_alpha_), ggx::reflection(wo, wi, m, coat_alpha_));
+    const F8 coat = coat_fresnel(cos_o) * facets;
+    sum = f * coat_leaves(wo, wi, false) + below * coat_leaves(wo, wi, true) + V8{coat, coat, coat};
+  } else {
+    sum = f + below;
   }
-  const F8 facets = masked(above & is_rough(coat_alpha_), ggx::reflection(wo, wi, m, coat_alpha_));
-  const F8 coat = coat_fresnel(cos_o) * facets;
-  return f * coat_leaves(wo, wi, false) + below * coat_leaves(wo, wi, true) + V8{coat, coat, coat};
+  return sheet_ ? sum + through : sum;
 }
 
 F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
@@ -232,6 +311,9 @@ F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
          }));
   if (sheen_) {
     pdf += sheen_->p * Sheen8::pdf_solid_angle(wi.z);
+  }
+  if (sheet_) {
+    pdf += sheet_->p * masked(wi.z < F8(0.0f), cosine_hemisphere_pdf_solid_angle(-wi.z));
   }
   if (has_glass_) {
     pdf += p_glass_ * glass_bsdf_.pdf_solid_angle(wo, wi);
@@ -260,10 +342,20 @@ DeltaLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) con
   return lobes;
 }
 
+M8 Principled8::transmits() const {
+  const M8 glass = glass_ > F8(0.0f);
+  return sheet_ ? glass | (plastic_ * max_component(sheet_->transmittance) > F8(0.0f)) : glass;
+}
+
 V8 Principled8::rough_albedo() const {
   const F8 white_gloss = plastic_ * gloss_albedo_;
   const V8 gloss = metal_albedo_ * metal_ + V8{white_gloss, white_gloss, white_gloss};
-  const V8 diffuse = base_ * (plastic_ * diffuse_albedo_);
+  V8 diffuse = base_ * (plastic_ * diffuse_albedo_);
+  V8 through;
+  if (sheet_) {
+    diffuse = diffuse - base_ * sheet_->transmittance * (plastic_ * sheet_->lambert);
+    through = sheet_->transmittance * (plastic_ * select(sheet_->inside, F8(1.0f), sheet_->at_wo));
+  }
   const V8 glass = base_ * masked(glass_bsdf_.rough(), glass_);
   V8 opaque = diffuse + masked(is_rough(alpha_), gloss);
   if (sheen_) {
@@ -272,10 +364,11 @@ V8 Principled8::rough_albedo() const {
   }
   const V8 sum = opaque + glass;
   if (!has_coat_) {
-    return sum;
+    return sheet_ ? sum + through : sum;
   }
   const F8 coat = masked(is_rough(coat_alpha_), coat_albedo_);
-  return sum * (F8(1.0f) - coat_albedo_) + V8{coat, coat, coat};
+  const V8 coated = sum * (F8(1.0f) - coat_albedo_) + V8{coat, coat, coat};
+  return sheet_ ? coated + through : coated;
 }
 
 Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
@@ -290,7 +383,13 @@ Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
     after_sheen = after_coat + sheen_->p;
     sheen = and_not(choice < after_sheen, diffuse | gloss | coat);
   }
-  const M8 glass = ~(diffuse | gloss | coat | sheen) & (p_glass_ > F8(0.0f));
+  F8 after_sheet = after_sheen;
+  M8 sheet;
+  if (sheet_) {
+    after_sheet = after_sheen + sheet_->p;
+    sheet = and_not(choice < after_sheet, diffuse | gloss | coat | sheen);
+  }
+  const M8 glass = ~(diffuse | gloss | coat | sheen | sheet) & (p_glass_ > F8(0.0f));
 
   const M8 rough = is_rough(select(coat, coat_alpha_, facets_.alpha()));
   const V8 up{F8(0.0f), F8(0.0f), F8(1.0f)};
@@ -311,15 +410,22 @@ Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
   const F8 coat_weight = coat_fresnel(wo.z) / p_coat_;
   d.smooth_weight = select(coat, V8{coat_weight, coat_weight, coat_weight}, gloss_weight);
   d.valid = (diffuse | gloss | coat | sheen) & (d.wi.z > F8(0.0f));
+  if (sheet_) {
+    const V8 drawn = square_to_cosine_hemisphere(u);
+    d.wi = select(sheet, V8{drawn.x, drawn.y, -drawn.z}, d.wi);
+    d.valid = d.valid | (sheet & (d.wi.z < F8(0.0f)));
+    d.through = sheet;
+  }
   if (glass.any()) {
-    const F8 rest = min(max((choice - after_sheen) / p_glass_, F8(0.0f)), F8(0x1.fffffep-1f));
+    const F8 rest = min(max((choice - after_sheet) / p_glass_, F8(0.0f)), F8(0x1.fffffep-1f));
     const BsdfSample8 s = glass_bsdf_.sample(wo, u, rest);
     d.wi = select(glass, s.wi, d.wi);
     d.smooth = d.smooth | and_not(glass, glass_bsdf_.rough());
     d.smooth_weight = select(glass, s.weight * (glass_ * coat_leaves(wo, s.wi, false) / p_glass_), d.smooth_weight);
     const M8 right_side = (s.transmitted & (s.wi.z < F8(0.0f))) | and_not(s.wi.z > F8(0.0f), s.transmitted);
     d.valid = d.valid | (glass & right_side);
-    d.through = glass & s.transmitted;
+    d.refracted = glass & s.transmitted;
+    d.through = d.through | d.refracted;
   }
   return d;
 }
@@ -329,7 +435,7 @@ BsdfSample8 Principled8::sample(const V8& wo, Pair8 u, F8 choice) const {
   const F8 pdf = masked(~d.smooth & d.valid, pdf_solid_angle(wo, d.wi));
   const V8 rough_weight = masked(pdf > F8(0.0f), eval(wo, d.wi) * (F8(1.0f) / pdf));
   return {d.wi, masked(d.valid, select(d.smooth, d.smooth_weight, rough_weight)), pdf, d.through,
-          select(d.through, glass_bsdf_.eta, F8(1.0f))};
+          select(d.refracted, glass_bsdf_.eta, F8(1.0f))};
 }
 
 }  // namespace lightmill

@@ -21,6 +21,16 @@
 //   base/π · (1 + (r − ½)F(wo))(1 + (r − ½)F(wi)),  F(w) = (1 − cos)⁵,  r = roughness·(1 + wo·wi)
 // The gloss takes no light from it. So gloss and a bright base can reflect more light than arrives.
 //
+// A sheet with the transmittance τ scatters this share of the diffuse part's light to its other side. It has (1 − τ) base
+// for base, and below it adds, with the directional albedos of all layers in L(w) = Π(1 − E(w)) and M = Π(1 − E_mean):
+//   τ/π · L(wo) L(wi)/M   of a thin sheet, which has its layers on both sides
+//   τ/π · L(w)/√M         around a medium, where w is the direction outside
+// Around a medium the inside is bare: it has no gloss, coat or sheen. So light that enters and leaves is scaled by
+// L(wo) L(wi)/M, as that of the diffuse part is. A short way through the medium shows the medium's colour as base would.
+// White sheets around white media lose no light, and f stays reciprocal. Cycles scales by L(w) where light enters, and
+// by 1 where it leaves, which has the same albedo. Of Burley's diffuse part, (1 − F/2) replaces the 1 − E of the gloss,
+// and 1 its mean. Light that it sends back at grazing angles has the base colour, as in Cycles.
+//
 // Metal and glass compensate for multiple scattering (ggx_albedo.h). The gloss does not: it leaves that light to the
 // diffuse part.
 #pragma once
@@ -44,6 +54,12 @@ struct PrincipledSheen8 {
   F8 roughness;  ///< in [0, 1]
 };
 
+/// Diffuse transmission.
+struct PrincipledSheet8 {
+  V8 transmittance;  ///< τ, each in [0, 1]
+  M8 closed;         ///< around a medium
+};
+
 struct PrincipledParameters8 {
   V8 base_color;
   F8 metallic, roughness, specular, transmission;  ///< each in [0, 1]; roughness is √alpha; specular .5 is the value
@@ -54,6 +70,7 @@ struct PrincipledParameters8 {
   M8 burley = M8();                                ///< Burley's diffuse part
   std::optional<PrincipledAnisotropy8> anisotropy = {};
   std::optional<PrincipledSheen8> sheen = {};
+  std::optional<PrincipledSheet8> sheet = {};
 };
 
 /// Lobes with alpha below ggx::kSmoothAlpha are delta. They are sampled, but omitted by eval and pdf. A lobe is chosen
@@ -74,8 +91,8 @@ class Principled8 {
   /// Share of uniform light that the lobes which are not delta scatter to wo. Rough glass counts with its base colour.
   /// Layers below a coat count as diffuse.
   V8 rough_albedo() const;
-  /// Lanes with glass.
-  M8 transmits() const { return glass_ > F8(0.0f); }
+  /// Lanes with glass, and sheets.
+  M8 transmits() const;
 
  private:
   /// Share T of light that the coat leaves to the diffuse layer below, or to facets.
@@ -89,6 +106,13 @@ class Principled8 {
   /// Share of the light from within glass that the coat sends back.
   V8 inner_coat(F8 cos_o) const;
   F8 coat_fresnel(F8 cos_o) const;
+  /// Share L of light to or from a direction outside that the layers leave to the sheet.
+  F8 layers_leave(const V8& outside) const;
+  /// Scale of the light that a sheet transmits from wi, over τ cos/π.
+  F8 through_sheet(const V8& wi) const;
+  /// Share of uniform light that a sheet of transmittance 1 transmits to wo.
+  F8 sheet_albedo() const;
+  void set_sheet(const V8& wo);
   void set_probabilities(const V8& wo);
 
   struct Drawn8 {
@@ -96,7 +120,7 @@ class Principled8 {
     V8 smooth_weight;  ///< of a delta lobe
     M8 smooth;
     M8 valid;  ///< the lobe exists in this direction
-    M8 through;
+    M8 through, refracted;
   };
   Drawn8 draw(const V8& wo, Pair8 u, F8 choice) const;
 
@@ -126,6 +150,17 @@ class Principled8 {
     F8 p = F8(0.0f);  ///< probability, part of the sum 1
   };
   std::optional<Layer8> sheen_;  ///< if there is one in any lane
+  struct Sheet8 {
+    V8 transmittance;
+    M8 closed, inside;        ///< around a medium; wo is in the medium
+    M8 burley;                ///< outside
+    F8 f0, f90, coat, sheen;  ///< of the layers outside; of the sheen, the largest component
+    F8 root_mean = F8(1.0f);  ///< √M
+    F8 at_wo = F8(1.0f);      ///< L(wo), if wo is outside
+    F8 lambert = F8(0.0f);    ///< like diffuse_albedo_, without retro-reflection
+    F8 p = F8(0.0f);          ///< probability, part of the sum 1
+  };
+  std::optional<Sheet8> sheet_;  ///< if there is one in any lane
 };
 
 }  // namespace lightmill

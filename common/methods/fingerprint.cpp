@@ -176,6 +176,23 @@ void add_materials(Scene& scene, double glow_exponent) {
       {"clay", DiffuseMaterial{{0.6f, 0.7f, 0.9f}, 0.5}, {}, false},
       worn_paint(),
       {"paper", DiffuseMaterial{{0.3f, 0.4f, 0.2f}, 0, {{0.2f, 0.5f, 0.1f}, 0}}, {}, false},
+      {"skin",
+       PrincipledMaterial{.base_color = {0.8f, 0.5f, 0.4f},
+                          .metallic = 0.1,
+                          .roughness = 0.35,
+                          .transmission = 0.1,
+                          .ior = 1.4,
+                          .coat = 0.2,
+                          .sheen_color = {0.2f, 0.3f, 0.4f},
+                          .transmittance = {{0.7f, 0.8f, 0.9f}, 0}},
+       {},
+       false,
+       {{0.3f, 0.5f, 0.7f}, {2, 1.5f, 1}, 0.2}},
+      {"petal",
+       PrincipledMaterial{
+           .base_color = {0.6f, 0.2f, 0.4f}, .burley_diffuse = true, .transmittance = {0.4f, 0.3f, 0.5f}},
+       {},
+       false},
   };
   scene.materials[5].emission_exponent = glow_exponent;
   scene.materials[5].light_group = "key";
@@ -221,6 +238,8 @@ void add_room(TestScene& test) {
   test.add(22, SphereShape{{0.8, 0.15, 1.5}, 0.15, false});
   test.add(23, SphereShape{{0.1, 0.2, 1.7}, 0.2, false});
   test.add(24, quad({-0.9, 0.1, 0.2}, {0.5, 0.1, 0.3}, {-0.1, 0.6, 0.1}));
+  test.add(25, SphereShape{{-1.1, 0.15, 1.6}, 0.15, false});
+  test.add(26, quad({0.9, 0.2, 0.3}, {0.3, 0.1, 0.3}, {-0.1, 0.4, 0.1}));
   test.scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
   test.scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
 }

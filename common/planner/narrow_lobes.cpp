@@ -34,7 +34,7 @@ Lobes lobes_of(const PrincipledMaterial& m, const Material& material) {
   const bool all_metal = m.metallic >= 1 && !metallic_map;
   Lobes lobes;
   const bool sheen = !is_black(m.sheen_color) && (m.transmission < 1 || m.metallic > 0);
-  lobes.diffuse = (!all_metal && m.transmission < 1 && !is_black(m.base_color)) || sheen;
+  lobes.diffuse = (!all_metal && m.transmission < 1 && !(is_black(m.base_color) && is_black(m.transmittance))) || sheen;
   const bool gloss = !all_metal && m.transmission < 1 && m.specular > 0;
   const bool metal = m.metallic > 0;  // also a black one, at grazing angles
   const bool glass = !all_metal && m.transmission > 0;

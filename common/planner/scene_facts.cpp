@@ -39,13 +39,20 @@ std::string_view noun_of(const Material& material) {
       material.kind);
 }
 
+/// Albedo of the diffuse part of a principled material, on both sides.
+std::array<double, 3> diffuse_bound(const PrincipledMaterial& m) {
+  const RgbColor &base = m.base_color.rgb, &through = m.transmittance.rgb;
+  const auto both = [](double reflected, double transmitted) { return transmitted + (1 - transmitted) * reflected; };
+  return {both(base.r, through.r), both(base.g, through.g), both(base.b, through.b)};
+}
+
 /// The gloss is added to the diffuse part. In uniform light, its Fresnel term is at most f0 + (1 − f0)/21 on average.
 std::array<double, 3> burley_bound(const PrincipledMaterial& m) {
   constexpr double kMaxDiffuse = 1.07;  // in uniform light, at roughness 1
   const double root = (m.ior - 1) / (m.ior + 1), f0 = std::min(root * root * 2 * m.specular, 1.0);
   const double gloss = m.specular > 0 || m.coat > 0 ? std::max(f0, 0.04) + (1 - f0) / 21 : 0;
-  const RgbColor& base = m.base_color.rgb;
-  return {base.r * kMaxDiffuse + gloss, base.g * kMaxDiffuse + gloss, base.b * kMaxDiffuse + gloss};
+  const std::array<double, 3> base = diffuse_bound(m);
+  return {base[0] * kMaxDiffuse + gloss, base[1] * kMaxDiffuse + gloss, base[2] * kMaxDiffuse + gloss};
 }
 
 /// Upper bound of the albedo without a sheen, by channel.
@@ -55,8 +62,9 @@ std::array<double, 3> principled_bound(const PrincipledMaterial& m) {
   }
   // A white coat or gloss raises a dark base.
   const bool layers = m.coat > 0 || m.specular > 0;
-  const auto bound = [&](float base) -> double { return layers ? std::max(base, 0.04f) : base; };
-  return {bound(m.base_color.rgb.r), bound(m.base_color.rgb.g), bound(m.base_color.rgb.b)};
+  const std::array<double, 3> base = diffuse_bound(m);
+  const auto bound = [&](double of_base) { return layers ? std::max(of_base, double{0.04f}) : of_base; };
+  return {bound(base[0]), bound(base[1]), bound(base[2])};
 }
 
 /// The same with its sheen, which reduces the base by the reflectance of the largest component of its colour.
@@ -154,7 +162,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   facts.scattering = facts.scattering || !is_black(material.interior.scattering);
   const bool nothing_there = is_glass(material) && ior_of(material) == 1;
   facts.ranked_media = facts.ranked_media || material.priority != 0 || nothing_there;
-  all.index_changes = all.index_changes || (is_boundary(material) && ior_of(material) != 1);
+  all.index_changes = all.index_changes || (is_boundary(material) && inner_ior(material) != 1);
 }
 
 /// Whether next-event estimation never samples the emitter, so that only rays that happen to hit it find its light.

@@ -43,7 +43,7 @@ Result<Material> mixed(const Material& first, const Material& second, double fac
     shown.opacity = {Opacity::Mode::blend, is_nothing(first) ? factor : 1 - factor, map};
     return shown;
   }
-  if (is_boundary(first) && is_boundary(second) && ior_of(first) != ior_of(second)) {
+  if (is_boundary(first) && is_boundary(second) && inner_ior(first) != inner_ior(second)) {
     return invalid_argument("glass with different indices of refraction cannot be mixed");
   }
   if (!(first.opacity == second.opacity)) {

@@ -63,6 +63,9 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
   if (m.sheen_roughness != defaults.sheen_roughness) {
     p->set_sheen_roughness(m.sheen_roughness);
   }
+  if (m.transmittance != defaults.transmittance) {
+    to_wire_textured(m.transmittance, textures, p->mutable_transmittance());
+  }
 }
 void to_wire_kind(const ShadowCatcherMaterial&, const Textures&, v1::Material* out) {
   out->mutable_shadow_catcher();
@@ -146,6 +149,8 @@ Result<PrincipledMaterial> principled_from_wire(const std::string& path, const v
   LM_RETURN_IF_ERROR(
       optional_color(path + ".sheen_color", p.has_sheen_color(), p.sheen_color(), textures, out.sheen_color));
   out.sheen_roughness = p.has_sheen_roughness() ? p.sheen_roughness() : out.sheen_roughness;
+  LM_RETURN_IF_ERROR(
+      optional_color(path + ".transmittance", p.has_transmittance(), p.transmittance(), textures, out.transmittance));
   return out;
 }
 

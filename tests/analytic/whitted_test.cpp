@@ -131,7 +131,8 @@ TEST(Whitted, PrincipledMaterialsShowAUniformSkyAsInThePathTracer) {
        {Case{R"("roughness": 0)", 1e-3}, Case{R"("metallic": 0.5, "roughness": 0)", 1e-3},
         Case{R"("specular": 0, "coat": 1, "coat_roughness": 0)", 1e-3},
         Case{R"("metallic": 1, "roughness": 0, "coat": 1, "coat_roughness": 0)", 1e-3},
-        Case{R"("roughness": 0.4)", 0.01}, Case{R"("metallic": 1, "roughness": 0.7)", 0.01},
+        Case{R"("roughness": 0.4)", 0.01}, Case{R"("roughness": 0.4, "transmittance": {"rgb": [1, 1, 1]})", 0.01},
+        Case{R"("metallic": 1, "roughness": 0.7)", 0.01},
         Case{R"("metallic": 1, "roughness": 0, "coat": 1, "coat_roughness": 0.4)", 0.01},
         Case{R"("roughness": 0, "coat": 1, "coat_roughness": 0)", 0.02},
         Case{R"("roughness": 0.5, "coat": 1, "coat_roughness": 0)", 0.02}}) {

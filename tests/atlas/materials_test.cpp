@@ -52,7 +52,10 @@ TEST(Materials, StayFiniteAtGrazingAngles) {
       R"("principled": {"base_color": {"rgb": [0, 0, 0]}, "specular": 0})",
       R"("conductor": {"metal": "silver", "roughness": 0, "anisotropy": 1})",
       R"("principled": {"metallic": 1, "roughness": 0.02, "anisotropy": 0.1})",
-      R"("principled": {"roughness": 0, "anisotropy": 0.5, "sheen_color": {"rgb": [1, 1, 1]}, "sheen_roughness": 0})"};
+      R"("principled": {"roughness": 0, "anisotropy": 0.5, "sheen_color": {"rgb": [1, 1, 1]}, "sheen_roughness": 0})",
+      R"("principled": {"roughness": 0, "specular": 1, "ior": 10, "transmittance": {"rgb": [1, 1, 1]}})",
+      R"("principled": {"coat": 1, "coat_roughness": 1, "sheen_color": {"rgb": [1, 1, 1]}, "transmittance": {"rgb": [1, 1, 1]}})",
+      R"("principled": {"specular": 1, "ior": 5.83, "transmittance": {"rgb": [1, 1, 1]}}, "interior": {"absorption": {"rgb": [0, 1, 2]}})"};
   for (const std::string& kind : kinds) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 1e-4, 3], "look_at": [0, 0, 0])", 20, 16, diffuse("sky", 0, 1) + "," + named("x", kind),

@@ -21,13 +21,16 @@ class Fresnel:
     def plastic(self, notices, first, second):
         """The surface that is `second` with this reflectance, and else `first`. None if that is no plastic."""
         matt, shiny = first.reflection, second.reflection
-        if not (is_plain(first, "diffuse") and is_plain(second, "glossy") and matt.transmittance.is_black()):
+        if not (is_plain(first, "diffuse") and is_plain(second, "glossy")):
+            return None
+        interior = matt.numbers.get("interior")  # of subsurface scattering
+        if interior is None and not matt.transmittance.is_black():
             return None
         color = shiny.color
         if not color.is_constant() or np.ptp(color.rgb) > 0 or shiny.numbers["anisotropy"] is not None:
             return None
         gray = float(color.rgb[0])
-        if not 0 < gray <= 1:
+        if not 0 < gray <= 1 or interior is not None and gray < 1:
             return None
         rough = matt.numbers["roughness"]
         if not rough.is_constant() or rough.rgb[0] > 0:
@@ -35,6 +38,8 @@ class Fresnel:
         numbers = {"metallic": constant(0.0), "roughness": shiny.numbers["roughness"], "transmission": 0.0,
                    "specular": 0.5 * gray, "ior": self.ior, "coat": 0.0, "coat_roughness": 0.0,
                    "multiple": shiny.numbers["multiple"], "lambert": True}
+        if interior is not None:
+            numbers.update(interior=interior, shown=constant(*interior["subsurface"]["color"]["rgb"]))
         # Lightmill's base also gets the light that a grey gloss absorbs. It is darker, so that the mean is the same.
         mean = mean_over_hemisphere(lambda cosine: fresnel(cosine, self.ior))
         base = matt.scaled((1 - mean) / (1 - gray * mean))

@@ -199,6 +199,9 @@ class MaterialMaker:
         if closure.transmittance.is_black():
             return closure
         self.notices.node(closure.node, "the light that it transmits is reflected")
+        if closure.kind == "principled":
+            numbers = {name: value for name, value in closure.numbers.items() if name not in ("interior", "shown")}
+            return replace(closure, color=closure.numbers["shown"], numbers=numbers, transmittance=constant(0.0))
         if "interior" in closure.numbers:
             shown = constant(*closure.numbers["interior"]["subsurface"]["color"]["rgb"])
             return diffuse(shown, closure.node)
@@ -216,7 +219,7 @@ class MaterialMaker:
             return self.glossy(closure)
         if closure.kind == "glass":
             return self.glass(closure)
-        return self.principled(closure.node, closure.color, closure.numbers)
+        return self.principled(closure.node, closure.color, closure.numbers, closure.transmittance)
 
     def diffuse(self, closure):
         fields, rough = {"reflectance": self.color(closure.color, closure.node, vertex=True)}, closure.numbers["roughness"]
@@ -267,7 +270,7 @@ class MaterialMaker:
             return {**plain, "transmission": 1.0, "specular": 0.5, **closure.numbers}
         return plain
 
-    def principled(self, node, color, numbers):
+    def principled(self, node, color, numbers, transmittance=constant(0.0)):
         metallic, ior, specular = numbers["metallic"], numbers["ior"], numbers["specular"]
         burley = OLD and not numbers.get("lambert")
         if burley:
@@ -280,6 +283,8 @@ class MaterialMaker:
                **self.sheen(color, node, numbers)}
         if burley and numbers["transmission"] < 1 and float(metallic.mean()[0]) < 1:
             out["burley_diffuse"] = True
+        if not transmittance.is_black():
+            out["transmittance"] = self.color(transmittance, node)
         if numbers["transmission"] > 0:
             self.without_holes(node)
         return surface("principled", out, numbers["multiple"])
@@ -361,7 +366,7 @@ def has_sheet(part):
     """Whether a material of the document, or a part of it, transmits diffuse light."""
     if "mixture" in part:
         return has_sheet(part["mixture"]["first"]) or has_sheet(part["mixture"]["second"])
-    return "transmittance" in part.get("diffuse", {})
+    return any("transmittance" in part.get(kind, {}) for kind in ("diffuse", "principled"))
 
 
 def surface(kind, fields, multiple):

@@ -15,7 +15,7 @@ class Closure:
     node: object
     color: Value
     numbers: dict  # by name: a Value, or a choice of the node
-    transmittance: Value = field(default_factory=lambda: constant(0.0))  # of a diffuse sheet
+    transmittance: Value = field(default_factory=lambda: constant(0.0))  # of a sheet
 
     def is_black(self):
         return self.kind in ("diffuse", "glossy") and self.color.is_black() and self.transmittance.is_black()

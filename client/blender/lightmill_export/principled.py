@@ -3,11 +3,14 @@
 Before Blender 4.0 it is Burley's: its diffuse part is not Lambert's, and is not reduced by the light that the specular part
 reflects. Documents have this variant too (burley_diffuse).
 """
+from dataclasses import dataclass, field
+
 import bpy
 import numpy as np
 
 from . import anisotropy
-from .values import Value
+from .subsurface import body
+from .values import Value, constant, equal
 
 OLD = bpy.app.version < (4, 0, 0)
 OLD_COAT = 0.25  # factor of the clearcoat's weight
@@ -28,20 +31,23 @@ def read(self, inside):
     self.without(inside, "Sheen Weight", "Thin Film Thickness", "Diffuse Roughness")
     if OLD:
         self.without(inside, "Specular Tint")
-    base = subsurface(self, inside, reader.color(inside.input("Base Color")))
-    numbers = {"metallic": scalar("Metallic"), "roughness": scalar("Roughness"),
-               "transmission": number("Transmission Weight", "Transmission"),
+    metallic, transmission, opacity = scalar("Metallic"), number("Transmission Weight", "Transmission"), scalar("Alpha")
+    skin = Skin(reader.color(inside.input("Base Color")))
+    if transmission < 1 and not equal(metallic, constant(1.0)):
+        skin = subsurface(self, inside, skin.base, metallic, equal(opacity, constant(1.0)))
+    numbers = {"metallic": metallic, "roughness": scalar("Roughness"), "transmission": transmission,
                "specular": number("Specular IOR Level", "Specular"), "ior": reader.number(inside.input("IOR"), node),
                "coat": number("Coat Weight", "Clearcoat") * (OLD_COAT if OLD else 1),
                "coat_roughness": number("Coat Roughness", "Clearcoat Roughness"),
-               "multiple": node.distribution == "MULTI_GGX", **sheen(reader, inside)}
+               "multiple": node.distribution == "MULTI_GGX", **sheen(reader, inside), **skin.numbers}
     if numbers["transmission"] > 0:
         self.without(inside, "Anisotropic")
     else:
         numbers["anisotropy"] = anisotropy.of_principled(reader, inside)
     details(self, inside, numbers)
-    out = self.one("principled", inside, numbers, base)
-    out.opacity = scalar("Alpha")
+    out = self.one("principled", inside, numbers, skin.base)
+    out.reflection.transmittance = skin.transmittance
+    out.opacity = opacity
     out.radiance = reader.multiply(reader.color(inside.input("Emission Color", "Emission")),
                                    reader.scalar(inside.input("Emission Strength")), node)
     return out
@@ -69,12 +75,51 @@ def sheen(reader, inside):
     return {"sheen": amount, "sheen_tint": tint} if amount > 0 else {}
 
 
-def subsurface(self, inside, base):
-    share = self.reader.number(inside.input("Subsurface Weight", "Subsurface"), inside.node)
-    if share == 0:
-        return base
-    self.notices.node(inside.node, "its subsurface scattering is treated as diffuse reflection")
-    socket = inside.input("Subsurface Color")
-    if socket is None:
-        return base
-    return self.reader.combine(lambda a, b: (1 - share) * a + share * b, [base, self.reader.color(socket)], inside.node)
+@dataclass
+class Skin:
+    """What subsurface scattering changes: the base colour, the transmittance, and further parameters."""
+    base: Value
+    transmittance: Value = field(default_factory=lambda: constant(0.0))
+    numbers: dict = field(default_factory=dict)
+
+
+def subsurface(self, inside, base, metallic, is_opaque):
+    """Before Blender 4.0, the amount scales the radius and mixes two colours. Since then, it is a share of the diffuse part."""
+    reader, node = self.reader, inside.node
+    amount = min(max(reader.number(inside.input("Subsurface Weight", "Subsurface"), node), 0.0), 1.0)
+    if amount == 0:
+        return Skin(base)
+    color, scale, share = base, 1.0, amount
+    if OLD:
+        other = reader.color(inside.input("Subsurface Color"))
+        color, scale, share = reader.combine(lambda a, b: (1 - amount) * a + amount * b, [base, other], node), amount, 1.0
+    if not is_opaque:
+        self.notices.node(node, "its subsurface scattering is treated as diffuse reflection, because it has an opacity")
+        return Skin(color)
+    socket = inside.input("Subsurface Scale")
+    radius = reader.even(reader.color(inside.input("Subsurface Radius")), node) * (
+        scale if socket is None else max(reader.number(socket, node), 0.0))
+    if share < 1 or not metallic.is_black():  # the image is that of the base
+        inner = constant(*reader.even(color, node))
+    else:
+        inner = color
+    skin = body(self, inside, node.subsurface_method, inner, radius, "Subsurface Anisotropy", "Subsurface IOR")
+    if skin is None:
+        return Skin(color)
+    interior, transmittance = skin
+    base = color if transmittance.is_constant() else constant(0.0)
+    if share < 1:
+        base, transmittance = partly(reader, node, color, share)
+    return Skin(base, transmittance, {"interior": interior, "shown": color})
+
+
+def partly(reader, node, color, share):
+    """The base colour and transmittance of a body whose diffuse part is this share of subsurface scattering.
+
+    With the colour c and the transmittance t, the surface reflects r = (1 - share) c to both sides. The body shows
+    r + t² c / (1 - c r), which is c with this t. Then r + t is at most 1.
+    """
+    c = np.clip(color.mean(), 0, 1)
+    through = np.sqrt(share * (1 - (1 - share) * c * c))
+    kept = np.where(through < 1, (1 - share) / np.where(through < 1, 1 - through, 1), 0)
+    return reader.combine(lambda texels: np.clip(kept * texels, 0, 1), [color], node), constant(*through)

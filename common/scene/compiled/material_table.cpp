@@ -31,7 +31,7 @@ MaterialTable::MaterialTable(const Scene& scene, const MaterialRows& rows, Textu
   std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> of_kind{};  // so far
   for (std::size_t i = 0; i < rows.materials.size(); ++i) {
     const Material& material = *rows.materials[i];
-    add(material, rows.parts[i], radiance[rows.owners[i]]);
+    add(material, scene.materials[rows.owners[i]], rows.parts[i], radiance[rows.owners[i]]);
     row_.push_back(of_kind[material.kind.index()]++);
     light_group_.push_back(number_of_group(groups, material.light_group));
   }
@@ -85,7 +85,8 @@ void MaterialTable::OpacityColumn::add(const Opacity& opacity, bool vertex_color
   map.add(opacity.map);
 }
 
-void MaterialTable::add(const Material& material, const std::array<std::uint32_t, 2>& parts, const Vec3& radiance) {
+void MaterialTable::add(const Material& material, const Material& owner, const std::array<std::uint32_t, 2>& parts,
+                        const Vec3& radiance) {
   struct Entry {
     MaterialKind kind;
     bool tinted;  ///< colours of vertices multiply the reflectance
@@ -139,7 +140,10 @@ void MaterialTable::add(const Material& material, const std::array<std::uint32_t
                    has_burley_ |= m.burley_diffuse;
                    push(principled_.sheen_roughness, m.sheen_roughness);
                    has_sheen_ |= !is_black(m.sheen_color);
-                   return {MaterialKind::principled, true, m.base_color, {}, m.sheen_color};
+                   principled_.closed.push_back(is_sheet(material) && is_boundary(owner) ? 1 : 0);
+                   has_principled_sheets_ |= is_sheet(material);
+                   const TexturedColor through = is_sheet(material) ? m.transmittance : TexturedColor{};
+                   return {MaterialKind::principled, true, m.base_color, through, m.sheen_color};
                  },
                  [&](const MixtureMaterial& m) -> Entry {
                    push(mixture_.factor, m.factor);
@@ -199,6 +203,13 @@ V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface,
 V8 MaterialTable::tinted_reflectance(const Surface8& surface, M8 lanes) const {
   const V8 color = at(reflectance_, surface, lanes);
   return select(tinted_.at(surface.material, lanes) == U8(1u), color * surface.color, color);
+}
+
+/// Principled sheets reflect a share of the light that they do not transmit. Around a medium they have their base colour.
+V8 MaterialTable::with_sheets(const V8& color, const V8& second, const Surface8& surface, M8 lanes) const {
+  const M8 sheets = is_kind(surface.material, MaterialKind::principled, lanes);
+  const M8 closed = sheets & (principled_.closed.at(row_of(surface, sheets), sheets) == U8(1u));
+  return color + masked(~closed, second * (broadcast(Vec3(1)) - masked(sheets, color)));
 }
 
 F8 MaterialTable::opacity(const Surface8& surface, M8 lanes) const {

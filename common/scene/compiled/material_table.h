@@ -78,7 +78,11 @@ class MaterialTable {
   /// The approximate share of light that each channel scatters. 1 for clear glass.
   V8 albedo(const Surface8& surface, M8 lanes) const {
     const V8 color = reflectance(surface, lanes);
-    return has_specular_ ? color + at(specular_, surface, lanes) : color;
+    if (!has_specular_) {
+      return color;
+    }
+    const V8 second = at(specular_, surface, lanes);
+    return has_principled_sheets_ ? with_sheets(color, second, surface, lanes) : color + second;
   }
   /// Index of refraction inside. 1 for kinds without one.
   F8 ior(const Surface8& surface, M8 lanes) const { return ior_.at(surface.material, lanes); }
@@ -133,6 +137,9 @@ class MaterialTable {
     if (has_anisotropy_) {
       out.anisotropy = {anisotropy_.at(surface.material, lanes), surface.directed};
     }
+    if (has_principled_sheets_) {
+      out.sheet = {masked(lanes, at(specular_, surface, lanes)), lanes & (principled_.closed.at(row, lanes) == U8(1u))};
+    }
     if (has_sheen_) {
       out.sheen = {masked(lanes, at(sheen_, surface, lanes)), principled_.sheen_roughness.at(row, lanes)};
     }
@@ -171,6 +178,8 @@ class MaterialTable {
     return column.textured ? rgb * texture_at(column, surface, lanes, most) : rgb;
   }
   V8 tinted_reflectance(const Surface8& surface, M8 lanes) const;
+  /// The albedo of surfaces, of which some are principled sheets.
+  V8 with_sheets(const V8& color, const V8& second, const Surface8& surface, M8 lanes) const;
   V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const;
 
   /// One number with a map, of all materials.
@@ -200,7 +209,9 @@ class MaterialTable {
     return single_scattering_.at(surface.material, lanes) == U8(0u);
   }
   U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
-  void add(const Material& material, const std::array<std::uint32_t, 2>& parts, const Vec3& radiance);
+  /// `owner`: the material of the surface, of which `material` may be a part.
+  void add(const Material& material, const Material& owner, const std::array<std::uint32_t, 2>& parts,
+           const Vec3& radiance);
 
   TextureSet textures_;
   std::vector<MaterialKind> kinds_;
@@ -213,7 +224,7 @@ class MaterialTable {
   static constexpr std::uint32_t kMixed = 1, kHasDensity = 2, kHasReceiver = 4;
   Column<std::uint32_t> mixed_;                            ///< of parts of mixtures: these bits
   Column<std::uint32_t> emits_;                            ///< 0 never, 1 on the front, 2 on both sides
-  ColorColumn reflectance_, specular_, emission_, sheen_;  ///< specular_ is also the transmittance of diffuse materials
+  ColorColumn reflectance_, specular_, emission_, sheen_;  ///< specular_ is also the transmittance of sheets
   MapColumn roughness_map_, metallic_map_, factor_map_;
   OpacityColumn opacity_;
   bool has_specular_ = false, has_mixtures_ = false;
@@ -243,8 +254,9 @@ class MaterialTable {
   struct {
     Column<float> metallic, roughness, specular, transmission, coat, coat_roughness, sheen_roughness;
     Column<std::uint32_t> burley;  ///< 0 or 1
+    Column<std::uint32_t> closed;  ///< 1: a sheet around a medium
   } principled_;
-  bool has_burley_ = false, has_anisotropy_ = false, has_sheen_ = false;
+  bool has_burley_ = false, has_anisotropy_ = false, has_sheen_ = false, has_principled_sheets_ = false;
 };
 
 }  // namespace lightmill

@@ -39,7 +39,7 @@ MediumTable::MediumTable(const Scene& scene, double length_scale)
     }
     of_material_.push_back(static_cast<std::uint32_t>(ior_.size()));
     priority_.push_back(static_cast<std::uint32_t>(material.priority));
-    ior_.push_back(static_cast<float>(ior_of(material)));
+    ior_.push_back(static_cast<float>(inner_ior(material)));
     plain_.push_back(std::holds_alternative<DielectricMaterial>(material.kind) ? 1 : 0);
     const Vec3d scattering = Vec3d(to_vec(material.interior.scattering)) / length_scale;
     const Vec3d extinction = Vec3d(to_vec(material.interior.absorption)) / length_scale + scattering;
@@ -117,7 +117,7 @@ bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds) {
     if (!is_boundary(material)) {
       continue;
     }
-    if (material.interior != Medium{} || material.priority != 0 || ior_of(material) == 1) {
+    if (material.interior != Medium{} || material.priority != 0 || inner_ior(material) == 1) {
       return true;
     }
     // Several objects may be faces of one shape. Then their own bounds do not help.

@@ -17,7 +17,7 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                           out.insert(out.end(), {&m.diffuse, &m.specular});
                         },
                         [&](const PrincipledMaterial& m) {
-                          out.insert(out.end(), {&m.base_color, &m.sheen_color});
+                          out.insert(out.end(), {&m.base_color, &m.sheen_color, &m.transmittance});
                         },
                         [&](const MixtureMaterial& m) {
                           for (const Material* part : {m.first.get(), m.second.get()}) {
@@ -55,6 +55,11 @@ std::optional<double> uniform_opacity(const Opacity& opacity) {
 
 bool is_sheet(const Material& material) {
   return any_part(material, [](const Material& part) {
+    if (const auto* principled = std::get_if<PrincipledMaterial>(&part.kind)) {
+      const bool diffuse =
+          principled->transmission < 1 && (principled->metallic < 1 || part.metallic_map.texture != kNoTexture);
+      return diffuse && !is_black(principled->transmittance);
+    }
     const auto* diffuse = std::get_if<DiffuseMaterial>(&part.kind);
     return diffuse != nullptr && !is_black(diffuse->transmittance);
   });
@@ -85,6 +90,10 @@ double ior_of(const Material& material) {
                  [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial,
                                 ShadowCatcherMaterial> auto&) { return 1.0; }},
       material.kind);
+}
+
+double inner_ior(const Material& material) {
+  return is_glass(material) ? ior_of(material) : 1;
 }
 
 const Anisotropy* anisotropy_of(const Material& material) {

@@ -136,6 +136,7 @@ struct PrincipledMaterial {
   Anisotropy anisotropy = {};      ///< of metal and gloss
   TexturedColor sheen_color = {};  ///< each in [0, 1]; black: no sheen
   double sheen_roughness = 0.5;    ///< in [0, 1]
+  TexturedColor transmittance{};   ///< share of diffuse light that goes to the other side of a sheet, each in [0, 1]
 };
 
 /// A surface that shows the environment behind it, darkened by the scene's shadows.
@@ -228,15 +229,17 @@ double mean_roughness(double roughness, const Anisotropy& anisotropy);
 /// The material's colours that may have a texture: those of its kind or its parts, and its emission.
 std::vector<const TexturedColor*> colors_of(const Material& material);
 
-/// Whether a part is diffuse and has a transmittance.
+/// Whether a part has diffuse light and a transmittance.
 bool is_sheet(const Material& material);
 /// Whether light is refracted into the shape: a dielectric, or a principled material that transmits.
 bool is_glass(const Material& material);
 /// Whether light passes into the shape: glass, or a sheet around a medium.
 bool is_boundary(const Material& material);
 
-/// Index of refraction of the inside. 1 for kinds without one, and for mixtures without glass.
+/// Index of refraction of the inside, or of gloss. 1 for kinds without one, and for mixtures without glass.
 double ior_of(const Material& material);
+/// Index of refraction in the shape. 1 in sheets.
+double inner_ior(const Material& material);
 
 /// σ = 1/ρ − 1 of each component in [0, 1], at most kMaxAbsorption.
 RgbColor absorption_of_color(const RgbColor& color);

@@ -58,6 +58,7 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
     LM_RETURN_IF_ERROR(check_range(path + field, value, 0, 1));
   }
   LM_RETURN_IF_ERROR(check_reflectance(path + ".sheen_color", m.sheen_color.rgb));
+  LM_RETURN_IF_ERROR(check_reflectance(path + ".transmittance", m.transmittance.rgb));
   LM_RETURN_IF_ERROR(check_anisotropy(path, m.anisotropy));
   return check_ior(path + ".ior", m.ior);
 }
@@ -181,8 +182,8 @@ Status check_kind(const std::string& path, const Material& material) {
       check_range(path + ".interior.anisotropy", material.interior.anisotropy, -kMaxMeanCosine, kMaxMeanCosine));
   if (!is_boundary(material) && (material.interior != Medium{} || material.priority != 0)) {
     return invalid_argument(
-        "{}.{}: only a dielectric, a principled material with transmission, or a diffuse one with a transmittance, has "
-        "an inside",
+        "{}.{}: only a dielectric, a principled material with transmission, or a diffuse or principled one with a "
+        "transmittance, has an inside",
         path, material.interior != Medium{} ? "interior" : "priority");
   }
   return ok_status();

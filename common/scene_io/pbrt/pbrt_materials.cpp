@@ -241,20 +241,19 @@ ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std
   return out;
 }
 
-/// A sheet that does not refract, so that all light of all emitters is found. Its medium has the extinction of pbrt's, and
-/// the colour of pbrt's below the surface: light that leaves is partly reflected back inside.
+/// A sheet below gloss. It does not refract, so that all light of all emitters is found. Its medium has the extinction of
+/// pbrt's, and the colour of pbrt's below the surface: light that leaves is partly reflected back inside.
 void PbrtMaterials::subsurface(const PbrtParameters& from, Material& out) {
   constexpr double kShortest = 1e-6;
-  notices_.once("subsurface materials are rendered as a sheet around a medium of their colour, which has no highlight");
-  for (const char* unused : {"roughness", "uroughness", "vroughness", "remaproughness"}) {
-    from.find(unused);
-  }
+  notices_.once("subsurface materials are rendered as a principled sheet around a medium of their colour");
   out.single_scattering = false;
-  DiffuseMaterial sheet;
-  sheet.reflectance = {0, 0, 0};
-  sheet.transmittance = {1, 1, 1};
-  out.kind = sheet;
   const double scale = from.number("scale", 1, 0, kLargestScale), ior = spectra_.ior(from, "eta", 1.33);
+  PrincipledMaterial sheet;
+  sheet.base_color = {0, 0, 0};
+  sheet.transmittance = {1, 1, 1};
+  sheet.roughness = roughness(from, "");
+  sheet.ior = ior;
+  out.kind = sheet;
   const double g = from.number("g", 0, -kMaxMeanCosine, kMaxMeanCosine);
   const bool named = !from.text("name", "").empty();
   if (from.has("sigma_a") != from.has("sigma_s")) {

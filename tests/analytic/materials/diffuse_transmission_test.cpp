@@ -12,6 +12,12 @@ std::string sheet(double reflectance, double transmittance) {
                      gray(transmittance));
 }
 
+/// The same of a principled material without gloss.
+std::string principled_sheet(double reflectance, double transmittance) {
+  return fmt::format(R"("principled": {{"base_color": {}, "specular": 0, "transmittance": {}}})",
+                     gray(reflectance / (1 - transmittance)), gray(transmittance));
+}
+
 TEST(DiffuseTransmission, SamplesFollowThePdfAndCarryBothShares) {
   std::uint32_t seed = 8400;
   for (const auto& [reflected, transmitted] : {std::pair(0.5f, 0.25f), {0.0f, 0.7f}, {0.1f, 0.9f}}) {
@@ -29,28 +35,31 @@ TEST(DiffuseTransmission, SamplesFollowThePdfAndCarryBothShares) {
 
 TEST(DiffuseTransmission, SheetsShowTheSunOnBothSides) {
   // Irradiance 1 along the normal: ρ/π on the lit side, τ/π on the other.
-  for (const auto& [height, exact] : {std::pair(1, 0.3 / M_PI), {-1, 0.6 / M_PI}}) {
-    const auto scene = TestScene::from_text(
-        document(fmt::format(R"("eye": [0, {}, 0], "look_at": [0, 0, 0], "up": [1, 0, 0])", height), 0.01, 8,
-                 named("sheet", sheet(0.3, 0.6)), mesh("sheet", "sheet.obj"),
-                 fmt::format(R"({{"directional": {{"direction": [0, -1, 0], "irradiance": {}}}}})", gray(1))),
-        {{"sheet.obj", horizontal_rectangle(-5, 5, -5, 5, 0, true)}});
-    for (const char* method : {"path", "caustic:photons=500", "vcm:photons=500", "whitted", "raycast"}) {
-      expect_answer(mean_of(scene.render({method, 51, 1}, 8), 0), exact, 2e-2);
+  for (const std::string& kind : {sheet(0.3, 0.6), principled_sheet(0.3, 0.6)}) {
+    for (const auto& [height, exact] : {std::pair(1, 0.3 / M_PI), {-1, 0.6 / M_PI}}) {
+      const auto scene = TestScene::from_text(
+          document(fmt::format(R"("eye": [0, {}, 0], "look_at": [0, 0, 0], "up": [1, 0, 0])", height), 0.01, 8,
+                   named("sheet", kind), mesh("sheet", "sheet.obj"),
+                   fmt::format(R"({{"directional": {{"direction": [0, -1, 0], "irradiance": {}}}}})", gray(1))),
+          {{"sheet.obj", horizontal_rectangle(-5, 5, -5, 5, 0, true)}});
+      for (const char* method : {"path", "caustic:photons=500", "vcm:photons=500", "whitted", "raycast"}) {
+        expect_answer(mean_of(scene.render({method, 51, 1}, 8), 0), exact, 2e-2);
+      }
     }
   }
 }
 
 TEST(DiffuseTransmission, LampshadesHaveTheExactRadianceInside) {
   // A closed sphere in radiance 1 has L = ρL + τ inside.
-  const auto scene =
-      TestScene::from_text(document(R"("eye": [0, 0.2, 0.1], "look_at": [0.3, 0.1, -1])", 60, 32,
-                                    named("shade", sheet(0.3, 0.5)) + also(diffuse("sky", 0, 1)),
-                                    sphere("shade", "[0, 0, 0]", 1) + also(sphere("sky", "[0, 0, 0]", 4, true))));
-  for (const char* method : {"path", "caustic:photons=5000", "vcm:photons=20000"}) {
-    const Estimate seen = mean_of(scene.render({method, 52, 0}, 8), 1);
-    EXPECT_LT(seen.standard_error, 1e-2) << method;
-    EXPECT_NEAR(seen.value, 0.5 / 0.7, 5 * seen.standard_error + 5e-3) << method;
+  for (const std::string& kind : {sheet(0.3, 0.5), principled_sheet(0.3, 0.5)}) {
+    const auto scene = TestScene::from_text(document(
+        R"("eye": [0, 0.2, 0.1], "look_at": [0.3, 0.1, -1])", 60, 32, named("shade", kind) + also(diffuse("sky", 0, 1)),
+        sphere("shade", "[0, 0, 0]", 1) + also(sphere("sky", "[0, 0, 0]", 4, true))));
+    for (const char* method : {"path", "caustic:photons=5000", "vcm:photons=20000"}) {
+      const Estimate seen = mean_of(scene.render({method, 52, 0}, 8), 1);
+      EXPECT_LT(seen.standard_error, 1e-2) << method;
+      EXPECT_NEAR(seen.value, 0.5 / 0.7, 5 * seen.standard_error + 5e-3) << method;
+    }
   }
 }
 

@@ -14,6 +14,8 @@ struct Parameters {
   float anisotropy = 0;
   Vec3 sheen_color{0};
   float sheen_roughness = 0.5f;
+  Vec3 transmittance{0};
+  bool closed = false;
 
   PrincipledParameters8 in_lanes() const {
     return {broadcast(base_color),
@@ -27,7 +29,8 @@ struct Parameters {
             M8(compensated),
             M8(burley),
             PrincipledAnisotropy8{F8(anisotropy), M8(true)},
-            PrincipledSheen8{broadcast(sheen_color), F8(sheen_roughness)}};
+            PrincipledSheen8{broadcast(sheen_color), F8(sheen_roughness)},
+            PrincipledSheet8{broadcast(transmittance), M8(closed)}};
   }
   Principled8 seen_from(const V8& wo, M8 front = M8(true)) const {
     return {in_lanes(), select(front, F8(ior), F8(1 / ior)), wo, front};

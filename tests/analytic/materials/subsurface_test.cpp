@@ -11,6 +11,12 @@ std::string skin(const std::string& interior, double reflectance = 0, double tra
                                    gray(reflectance), gray(transmittance), interior));
 }
 
+/// A principled body of this colour. `layers`: further fields.
+std::string glossy_skin(const std::string& interior, const std::string& layers, double base = 0.5) {
+  return named("skin", fmt::format(R"("principled": {{"base_color": {}, "transmittance": {}{}}}, "interior": {{{}}})",
+                                   gray(base), gray(1), layers.empty() ? "" : ", " + layers, interior));
+}
+
 /// A ball of radius 1 in a sky of radiance 1, seen from a distance of 3.
 Estimate ball_in_sky(const std::string& material, double fov, std::uint32_t seed, int log2_samples) {
   const auto scene = TestScene::from_text(
@@ -27,6 +33,55 @@ TEST(Subsurface, WhiteMediaPassTheWhiteFurnaceTest) {
   }
 }
 
+TEST(Subsurface, WhiteMediaWithAHighlightPassTheWhiteFurnaceTest) {
+  std::uint32_t seed = 760;
+  for (const double roughness : {0.0, 0.2, 0.5, 1.0}) {
+    for (const char* layers : {R"("specular": 0.5)", R"("specular": 1, "ior": 1.8)",
+                               R"("coat": 1, "coat_roughness": 0.2)", R"("sheen_color": {"rgb": [0.6, 0.6, 0.6]})"}) {
+      const std::string fields = fmt::format(R"("roughness": {}, {})", roughness, layers);
+      const Estimate seen = ball_in_sky(glossy_skin(R"("scattering": {"rgb": [4, 4, 4]})", fields), 30, ++seed, 5);
+      EXPECT_LT(seen.standard_error, 1e-2) << fields;
+      // The tables of the layers' albedos.
+      EXPECT_NEAR(seen.value, 1, 5 * seen.standard_error + 0.01) << fields;
+    }
+  }
+}
+
+TEST(Subsurface, BodiesOfShortRadiusLookLikeDiffusePaintBelowTheSameLayers) {
+  std::uint32_t seed = 780;
+  for (const char* layers :
+       {R"("roughness": 0.3)", R"("roughness": 0, "specular": 1, "ior": 2)",
+        R"("roughness": 0.6, "coat": 0.8, "coat_roughness": 0.1)", R"("sheen_color": {"rgb": [0.4, 0.4, 0.4]})"}) {
+    for (const double color : {0.3, 0.8}) {
+      const std::string interior =
+          fmt::format(R"("subsurface": {{"color": {}, "radius": {}}})", gray(color), gray(0.001));
+      const Estimate body = ball_in_sky(glossy_skin(interior, layers), 20, ++seed, 6);
+      const Estimate paint = ball_in_sky(
+          named("skin", fmt::format(R"("principled": {{"base_color": {}, {}}})", gray(color), layers)), 20, ++seed, 6);
+      EXPECT_LT(body.standard_error, 5e-3) << layers;
+      // A radius of 0.001 in a ball of radius 1, and the tables of the layers' albedos.
+      EXPECT_NEAR(body.value, paint.value, 5 * (body.standard_error + paint.standard_error) + 5e-3) << layers << color;
+    }
+  }
+}
+
+TEST(Subsurface, AllMethodsAgreeOnAbsorbingBodiesWithAHighlight) {
+  // Light enters and leaves, so methods that trace light find the same only if the surface is reciprocal.
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16,
+               glossy_skin(R"("absorption": {"rgb": [0.5, 0.5, 0.5]})",
+                           R"("roughness": 0.5, "specular": 1, "ior": 2, "coat": 0.5, "coat_roughness": 0.4)") +
+                   also(diffuse("lamp", 0, 20)),
+               sphere("skin", "[0, 0, 0]", 1) + also(sphere("lamp", "[1.5, 1.5, 1]", 0.3))));
+  const Estimate path = mean_of(scene.render({"path", 790, 0}, 8), 1);
+  EXPECT_LT(path.standard_error, 1e-2 * path.value);
+  for (const char* method : {"caustic:photons=20000", "vcm:photons=20000"}) {
+    const Estimate other = mean_of(scene.render({method, 791, 0}, 8), 1);
+    EXPECT_NEAR(other.value, path.value, 5 * (other.standard_error + path.standard_error) + 1e-2 * path.value)
+        << method;
+  }
+}
+
 TEST(Subsurface, AbsorbingBallsShowTheLightOfTheirChords) {
   // A chord that enters with a cosine lobe has the length l = 2 cos: the mean of exp(−σl) is 2∫exp(−2σc) c dc. Light
   // leaves at once, because nothing is scattered.
@@ -34,6 +89,7 @@ TEST(Subsurface, AbsorbingBallsShowTheLightOfTheirChords) {
   const double exact = 2 * (1 - std::exp(-s) * (1 + s)) / (s * s);
   const std::string interior = fmt::format(R"("absorption": {})", gray(sigma));
   expect_answer(ball_in_sky(skin(interior), 10, 720, 6), exact, 1e-2);
+  expect_answer(ball_in_sky(glossy_skin(interior, R"("specular": 0)"), 10, 721, 6), exact, 1e-2);
 }
 
 /// Share of diffuse light that a half-space of isotropic scattering returns: 1 − 2√(1 − α) ∫H(μ) μ dμ, with the function
@@ -105,16 +161,27 @@ TEST(Subsurface, MixturesWithSheetsHaveAnInside) {
   expect_answer(ball_in_sky(material, 30, 750, 7), 1, 1e-2);
 }
 
+TEST(Subsurface, MixturesWithPrincipledSheetsHaveAnInside) {
+  const std::string material = named("skin",
+                                     R"("mixture": {"first": {"diffuse": {"reflectance": {"rgb": [1, 1, 1]}}},
+         "second": {"principled": {"roughness": 0.4, "transmittance": {"rgb": [1, 1, 1]}}}, "factor": 0.6},
+         "interior": {"scattering": {"rgb": [3, 3, 3]}})");
+  const Estimate seen = ball_in_sky(material, 30, 741, 7);
+  EXPECT_NEAR(seen.value, 1, 5 * seen.standard_error + 0.01);
+}
+
 TEST(Subsurface, PhotonMethodsRefuseIt) {
-  const auto scene =
-      TestScene::from_text(document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16,
-                                    skin(R"("scattering": {"rgb": [4, 4, 4]})"), sphere("skin", "[0, 0, 0]", 1)));
-  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
-  ASSERT_TRUE(compiled.ok()) << message_of(compiled.status());
-  for (const char* method : {"caustic", "vcm", "ppm"}) {
-    const auto made = make_method(*compiled, {method, 1, 0});
-    ASSERT_FALSE(made.ok()) << method;
-    EXPECT_NE(message_of(made.status()).find("does not support scattering media, but path does"), std::string::npos);
+  const std::string scattering = R"("scattering": {"rgb": [4, 4, 4]})";
+  for (const std::string& material : {skin(scattering), glossy_skin(scattering, "")}) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16, material, sphere("skin", "[0, 0, 0]", 1)));
+    const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+    ASSERT_TRUE(compiled.ok()) << message_of(compiled.status());
+    for (const char* method : {"caustic", "vcm", "ppm"}) {
+      const auto made = make_method(*compiled, {method, 1, 0});
+      ASSERT_FALSE(made.ok()) << method;
+      EXPECT_NE(message_of(made.status()).find("does not support scattering media, but path does"), std::string::npos);
+    }
   }
 }
 

@@ -78,16 +78,18 @@ AtlasCase directed_floor(const std::string& kind, const std::string& name) {
 
 /// A small emitter in a closed shade, seen from outside. With its share x = (r/R)² of what the shade sees, the radiance
 /// is τ L x / (1 − ρ (1 − x)).
-AtlasCase lampshade() {
+AtlasCase lampshade(const std::string& name, bool principled) {
   const double reflected = 0.6, transmitted = 0.35, radius = 0.1, x = radius * radius;
+  const std::string kind =
+      principled
+          ? fmt::format(R"("principled": {{"base_color": {}, "specular": 0, "transmittance": {}}})",
+                        gray(reflected / (1 - transmitted)), gray(transmitted))
+          : fmt::format(R"("diffuse": {{"reflectance": {}, "transmittance": {}}})", gray(reflected), gray(transmitted));
   return {.subject = "thin sheets",
-          .name = "a small emitter in a closed lampshade",
-          .document =
-              document(R"("eye": [0, 0.5, 4], "look_at": [0, 0, 0])", 20, 32,
-                       diffuse("lamp", 0, 100) +
-                           also(named("shade", fmt::format(R"("diffuse": {{"reflectance": {}, "transmittance": {}}})",
-                                                           gray(reflected), gray(transmitted)))),
-                       sphere("lamp", "[0, 0, 0]", radius) + also(sphere("shade", "[0, 0, 0]", 1))),
+          .name = name,
+          .document = document(R"("eye": [0, 0.5, 4], "look_at": [0, 0, 0])", 20, 32,
+                               diffuse("lamp", 0, 100) + also(named("shade", kind)),
+                               sphere("lamp", "[0, 0, 0]", radius) + also(sphere("shade", "[0, 0, 0]", 1))),
           .exact = transmitted * 100 * x / (1 - reflected * (1 - x))};
 }
 
@@ -183,7 +185,8 @@ std::vector<AtlasCase> material_cases() {
                      R"("sheen_color": {"rgb": [1, 1, 1]}, "sheen_roughness": 0.3})",
                      "a floor of varnished velvet"));
   std::ranges::move(mixture_cases(), std::back_inserter(cases));
-  cases.push_back(lampshade());
+  cases.push_back(lampshade("a small emitter in a closed lampshade", false));
+  cases.push_back(lampshade("a small emitter in a closed principled lampshade", true));
   return cases;
 }
 

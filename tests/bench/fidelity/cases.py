@@ -534,6 +534,41 @@ def subsurface_forwards():
     skins("RANDOM_WALK_FIXED_RADIUS", Anisotropy=0.7)
 
 
+def glossy_skins(method, **inputs):
+    """The same with a highlight."""
+    skin = material("skin", "BSDF_PRINCIPLED", Subsurface_Color=(0.7, 0.4, 0.25, 1), Subsurface_Radius=(1.0, 0.4, 0.2), **inputs)
+    shader_of(skin).subsurface_method = method
+    under_the_sky(lifted=GAP, ball=skin, block=skin)
+
+
+@case
+def principled_subsurface():
+    glossy_skins("RANDOM_WALK_FIXED_RADIUS", Base_Color=(0.7, 0.4, 0.25, 1), Subsurface=0.3, Roughness=0.3)
+
+
+@case
+def principled_subsurface_by_index():
+    glossy_skins("RANDOM_WALK", Base_Color=(0.3, 0.5, 0.7, 1), Subsurface=0.4, Subsurface_IOR=1.4, Roughness=0.6, Clearcoat=1.0)
+
+
+@case
+def principled_subsurface_by_image():
+    freckles = image("freckles", 64, lambda x, y: (0.7, *(0.4 if math.sin(40 * x) * math.sin(40 * y) > 0 else 0.2,) * 2, 1))
+    skin = material("skin", "BSDF_PRINCIPLED", Subsurface=0.1, Subsurface_Radius=(1.0, 0.4, 0.2), Roughness=0.3)
+    shader_of(skin).subsurface_method = "RANDOM_WALK_FIXED_RADIUS"
+    for name in ("Base Color", "Subsurface Color"):
+        textured(skin, freckles, shader_of(skin).inputs[name])
+    under_the_sky(lifted=GAP, ball=skin, block=skin)
+
+
+@case
+def fresnel_subsurface():
+    inner = "SUBSURFACE_SCATTERING", {"Color": (0.7, 0.4, 0.25, 1), "Radius": (1.0, 0.4, 0.2), "Scale": 0.3}
+    shiny = "BSDF_GLOSSY", {"Color": gray(1), "Roughness": 0.2}
+    skin = mixture("skin", inner, shiny, ("FRESNEL", {"IOR": 1.45}))
+    under_the_sky(lifted=GAP, ball=skin, block=skin)
+
+
 @case
 def glass_mix_by_image():
     spots = image("spots", 64, lambda x, y: (min(max(2 * math.sin(19 * x) * math.sin(19 * y) + 0.5, 0), 1),) * 3 + (1,), data=True)

@@ -9,10 +9,13 @@ import numpy as np
 from lightmill_export.images import ImageFiles
 from lightmill_export.materials import MaterialMaker
 from lightmill_export.notices import Notices
+from lightmill_export.principled import partly
 from lightmill_export.textures import Textures
+from lightmill_export.values import ValueReader, constant
 
 FOLDER = tempfile.mkdtemp(prefix="lightmill-mixtures-")
 OLD = bpy.app.version < (4, 0, 0)
+SUBSURFACE = "Subsurface" if OLD else "Subsurface_Weight"
 RED, BLUE, WHITE = (0.75, 0.25, 0.125), (0.125, 0.25, 0.5), (1, 1, 1)
 
 
@@ -380,6 +383,78 @@ class Mixtures(unittest.TestCase):
         self.assertIn("interior", document)
         self.assertTrue(any("light from within" in text for text in nodes.notices.texts))
 
+    def test_the_image_of_subsurface_scattering_is_on_its_surface(self):
+        n = self.nodes
+        document = n.export(n.add("SubsurfaceScattering", Color=n.image("freckles", 0.15, 0.6), Scale=1.0))
+        most = np.array(document["interior"]["subsurface"]["color"]["rgb"])
+        np.testing.assert_allclose(most, 0.6, rtol=1e-6)
+        through = n.texels(document["diffuse"]["transmittance"]["texture"])
+        np.testing.assert_allclose(through ** 2 * most[0], (0.15, 0.6), rtol=1e-5)
+        self.assert_notices("the image of its subsurface scattering is on its surface")
+
+    def test_a_principled_shader_with_subsurface_scattering_has_a_highlight(self):
+        n = self.nodes
+        if OLD:
+            out = n.principled(RED, Subsurface=0.5, Subsurface_Color=BLUE, Subsurface_Anisotropy=0.25, Roughness=0.3)
+            out.node.subsurface_method, shown, scale = "RANDOM_WALK_FIXED_RADIUS", (np.array(RED) + BLUE) / 2, 0.5
+        else:
+            out = n.principled(RED, Subsurface_Weight=1.0, Subsurface_Scale=0.5, Roughness=0.3)
+            out.node.subsurface_method, shown, scale = "RANDOM_WALK", np.array(RED), 0.5
+        out.node.inputs["Subsurface Radius"].default_value = (1.0, 0.5, 0.25)
+        document = n.export(out)
+        self.assertEqual(document["principled"]["transmittance"], {"rgb": [1, 1, 1]})
+        self.assertAlmostEqual(document["principled"]["roughness"], 0.3, 6)
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], shown, rtol=1e-6)
+        medium = document["interior"]["subsurface"]
+        np.testing.assert_allclose(medium["color"]["rgb"], shown, rtol=1e-6)
+        np.testing.assert_allclose(medium["radius"]["rgb"], np.array((1, 0.5, 0.25)) * scale * 0.25 / np.pi, rtol=1e-6)
+        self.assertEqual(document["interior"]["anisotropy"], 0.25 if OLD else 0)
+        self.assertFalse(any("subsurface" in text for text in n.notices.texts), n.notices.texts)
+
+    def test_a_principled_shader_with_an_opacity_has_diffuse_skin(self):
+        n = self.nodes
+        document = n.export(n.principled(RED, Alpha=0.5, **{SUBSURFACE: 1.0, **({"Subsurface_Color": BLUE} if OLD else {})}))
+        self.assertNotIn("interior", document)
+        self.assertNotIn("transmittance", document["principled"])
+        self.assertEqual(document["opacity"]["value"], 0.5)
+        np.testing.assert_allclose(document["principled"]["base_color"]["rgb"], BLUE if OLD else RED, rtol=1e-6)
+        self.assert_notices("is treated as diffuse reflection, because it has an opacity")
+
+    def test_principled_metal_and_shaders_without_a_radius_have_no_subsurface_scattering(self):
+        n = self.nodes
+        for inputs in ({"Metallic": 1.0}, {}):
+            out = n.principled(RED, **{SUBSURFACE: 0.5}, **inputs)
+            if not inputs:
+                out.node.inputs["Subsurface Radius"].default_value = (0, 0, 0)
+            document = n.export(out)
+            self.assertNotIn("interior", document)
+            self.assertNotIn("transmittance", document["principled"])
+
+    def test_a_principled_image_is_on_the_surface_of_its_body(self):
+        n = self.nodes
+        spots = n.image("spots", 0.2, 0.8)
+        document = n.export(n.principled(spots, **{SUBSURFACE: 1.0, **({"Subsurface_Color": spots} if OLD else {})}))
+        np.testing.assert_allclose(document["interior"]["subsurface"]["color"]["rgb"], 0.8, rtol=1e-6)
+        np.testing.assert_allclose(n.texels(document["principled"]["transmittance"]["texture"]), (0.5, 1), rtol=1e-5)
+        np.testing.assert_array_equal(document["principled"]["base_color"]["rgb"], 0)
+
+    def test_a_mixture_with_a_principled_body_has_its_medium(self):
+        n = self.nodes
+        document = n.export(n.mix(n.principled(RED, **{SUBSURFACE: 1.0, **({"Subsurface_Color": RED} if OLD else {})}), n.glossy(), 0.25))
+        self.assertIn("interior", document)
+        self.assertTrue(any("light from within" in text for text in n.notices.texts))
+
+    def test_a_share_of_subsurface_scattering_shows_the_whole_colour(self):
+        reader = ValueReader(Notices())
+        for share in (0.1, 0.5, 0.9, 1.0):
+            color = np.array((0.0, 0.4, 1.0))
+            base, through = partly(reader, None, constant(*color), share)
+            kept = base.rgb * (1 - through.rgb)  # what the surface reflects to both sides
+            np.testing.assert_allclose(kept, (1 - share) * color, atol=1e-9)
+            returned = through.rgb ** 2 * color / (1 - color * kept)
+            np.testing.assert_allclose(kept + returned, color, atol=1e-9)
+            self.assertTrue(np.all(base.rgb <= 1) and np.all(through.rgb <= 1))
+
     def test_smooth_diffuse_and_translucent_shaders_are_one_sheet(self):
         n = self.nodes
         for first, second, share in ((n.diffuse(RED), n.translucent(BLUE), 0.25), (n.translucent(BLUE), n.diffuse(RED), 0.75)):
@@ -462,6 +537,18 @@ class Mixtures(unittest.TestCase):
         document = n.export(n.mix(n.diffuse(RED), n.glossy(), n.add("LayerWeight", Blend=0.5)))
         self.assertEqual((document["principled"]["ior"], document["principled"]["specular"]), (2, 0.5))
         self.assert_notices()
+
+    def test_subsurface_scattering_and_white_gloss_by_fresnel_are_a_body_with_a_highlight(self):
+        n = self.nodes
+        skin = n.add("SubsurfaceScattering", Color=RED, Scale=1.0)
+        document = n.export(n.mix(skin, n.glossy(roughness=0.25), n.add("Fresnel", IOR=1.4)))
+        self.assertAlmostEqual(document["principled"]["ior"], 1.4, 6)
+        self.assertEqual(document["principled"]["transmittance"], {"rgb": [1, 1, 1]})
+        np.testing.assert_allclose(document["interior"]["subsurface"]["color"]["rgb"], RED)
+        self.assertNotIn("burley_diffuse", document["principled"])
+        self.assert_notices()
+        document = n.export(n.mix(skin, n.glossy((0.5, 0.5, 0.5)), n.add("Fresnel", IOR=1.4)))
+        self.assertIn("mixture", document)
 
     def test_a_grey_gloss_of_plastic_absorbs_light(self):
         n = self.nodes

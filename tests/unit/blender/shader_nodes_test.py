@@ -88,8 +88,6 @@ NAMED_AS_A_WHOLE = {"BSDF_TOON", "BSDF_HAIR", "BSDF_HAIR_PRINCIPLED", "BSDF_VELV
                     "EEVEE_SPECULAR", "BSDF_SHEEN"}
 # Inputs and properties without an effect of their own.
 BESIDE = {
-    **{("BSDF_PRINCIPLED", name): "subsurface scattering is named" for name in (
-        "Subsurface Radius", "Subsurface IOR", "Subsurface Anisotropy", "Subsurface Scale", "subsurface_method")},
     ("BSDF_PRINCIPLED", "Anisotropic Rotation"): "anisotropy is named", ("BSDF_PRINCIPLED", "Sheen Tint"): "sheen is named",
     ("BSDF_ANISOTROPIC", "Rotation"): "anisotropy is named", ("DISPLACEMENT", "Midlevel"): "it moves all heights alike",
     ("MIX_RGB", "use_alpha"): "Cycles has no such alpha", ("MIX", "factor_mode"): "of vectors alone",
@@ -104,7 +102,7 @@ def prepared(scene, kind, second=False):
     values = {}
     if node.type == "BSDF_PRINCIPLED":
         values = {"Base Color": (0.2, 0.5, 0.7, 1), "Metallic": 0.3, "Clearcoat": 0.5, "Emission Strength": 1.0, "Emission": (0.2, 0.3, 0.4, 1),
-                  **({"Alpha": 0.9, "Subsurface": 0.2} if second else {"Transmission": 0.4})}
+                  **({"Subsurface": 0.2, "Subsurface Anisotropy": 0.3} if second else {"Transmission": 0.4, "Alpha": 0.9})}
     elif hasattr(node, "distribution") and "Roughness" in node.inputs:
         values = {"Roughness": 0.5}
     elif node.type in COMPUTED:

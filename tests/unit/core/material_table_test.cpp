@@ -20,8 +20,9 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       scene.materials.emplace_back().kind = DielectricMaterial{1 + x, x};
       scene.materials.emplace_back().kind = ConductorMaterial{{x, 2 * x, 3 * x}, {4 * x, 5 * x, 6 * x}, x};
       scene.materials.emplace_back().kind = PhongMaterial{{x, 0, 0}, {0, x, 0}, 64 * x};
-      scene.materials.emplace_back().kind = PrincipledMaterial{
-          {x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32, i % 2 == 1, {x / 64, 45}, {0, x, 0}, x / 128};
+      scene.materials.emplace_back().kind =
+          PrincipledMaterial{{x, 0, 0}, x,          x / 2,        x / 4,     x / 8,   1 + x,        x / 16,
+                             x / 32,    i % 2 == 1, {x / 64, 45}, {0, x, 0}, x / 128, {0, 0, x / 2}};
     }
     const MaterialTable table(scene, material_rows(scene), {}, std::vector<Vec3>(scene.materials.size()));
     for (std::uint32_t i = 0; i < of_each_kind; ++i) {
@@ -69,7 +70,29 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
         EXPECT_EQ((found[j] == F8(expected[j])).bits(), 0xff) << j;
       }
       EXPECT_EQ(p.burley.bits(), i % 2 == 1 ? 0xff : 0);
+      EXPECT_EQ((p.sheet->transmittance.z == F8(x / 2)).bits(), 0xff);
+      EXPECT_EQ(p.sheet->closed.bits(), 0xff) << "light enters its shares of glass";
     }
+  }
+}
+
+TEST(MaterialTable, SheetsAroundAMediumAreClosed) {
+  const PrincipledMaterial sheet{.base_color = {0.5f, 0.5f, 0.5f}, .transmittance = {0.25f, 0.5f, 1}};
+  Scene scene;
+  scene.materials.resize(4);
+  scene.materials[0].kind = sheet;
+  scene.materials[1].kind = sheet;
+  scene.materials[1].interior.scattering = {1, 1, 1};
+  scene.materials[2].kind = PrincipledMaterial{};
+  scene.materials[3].kind = PrincipledMaterial{.metallic = 1, .transmittance = {1, 1, 1}};
+  const MaterialTable table(scene, material_rows(scene), {}, std::vector<Vec3>(scene.materials.size()));
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    Surface8 surface{};
+    surface.material = U8(i);
+    EXPECT_EQ(table.principled(surface, M8(true)).sheet->closed.bits(), i == 1 ? 0xff : 0) << i;
+    // A thin sheet reflects half of what it does not transmit. A body has its base colour, and metal transmits nothing.
+    const float expected[] = {0.625f, 0.5f, 0.8f, 0.8f};
+    EXPECT_EQ((table.albedo(surface, M8(true)).x == F8(expected[i])).bits(), 0xff) << i;
   }
 }
 

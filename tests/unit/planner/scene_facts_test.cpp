@@ -40,6 +40,27 @@ TEST(Facts, FeaturesAreThoseOfTheScene) {
   cloth.sheen_color = {0, 0, 0.5f};
   EXPECT_EQ(features_of(read_facts(scene_of({material("cloth", cloth)}, {kBulb}))),
             (std::vector<std::string>{"light sampling", "anisotropy", "sheen"}));
+  PrincipledMaterial petal;
+  petal.transmittance = {0, 0.5f, 0};
+  EXPECT_EQ(features_of(read_facts(scene_of({material("petal", petal)}, {kBulb}))),
+            (std::vector<std::string>{"light sampling", "sheets that transmit light"}));
+  petal.metallic = 1;
+  EXPECT_EQ(features_of(read_facts(scene_of({material("petal", petal)}, {kBulb}))),
+            std::vector<std::string>{"light sampling"});
+}
+
+TEST(Facts, BodiesWithAHighlightScatterLightAndDoNotChangeTheIndex) {
+  PrincipledMaterial skin{{0, 0, 0}};
+  skin.transmittance = {1, 1, 1};
+  Material body = material("skin", skin);
+  body.interior.scattering = {1, 1, 1};
+  Material fog = material("fog", DielectricMaterial{1});
+  const SceneFacts facts = read_facts(scene_of({body, fog}, {kSky}));
+  EXPECT_TRUE(facts.scattering);
+  EXPECT_TRUE(facts.receivers);
+  EXPECT_EQ(facts.boundaries, 2u);
+  EXPECT_TRUE(facts.casters.empty()) << "fog of index 1 affects no light where no index changes";
+  EXPECT_TRUE(facts.lossless) << "what the black base does not reflect passes through it";
 }
 
 TEST(Facts, MaterialsThatRaysPassAreNamed) {

@@ -263,14 +263,17 @@ void expect_channel(const Medium& medium, float RgbColor::*channel, double extin
 TEST(PbrtMaterials, SubsurfaceShowsTheColourOfItsMediumBelowItsSurface) {
   std::vector<std::string> notices;
   const Material wax = pbrt_material(
-      R"(Material "subsurface" "rgb sigma_a" [1 0 2] "rgb sigma_s" [4 4 0] "float scale" 0.5 "float eta" 1.5)",
+      R"(Material "subsurface" "rgb sigma_a" [1 0 2] "rgb sigma_s" [4 4 0] "float scale" 0.5 "float eta" 1.5 "float roughness" 0.0625)",
       &notices);
-  EXPECT_EQ(std::get<DiffuseMaterial>(wax.kind).transmittance.rgb, (RgbColor{1, 1, 1}));
+  const auto& sheet = std::get<PrincipledMaterial>(wax.kind);
+  EXPECT_EQ(sheet.transmittance.rgb, (RgbColor{1, 1, 1}));
+  EXPECT_EQ(sheet.ior, 1.5);
+  EXPECT_NEAR(sheet.roughness, 0.5, 1e-12);
   expect_channel(wax.interior, &RgbColor::r, 2.5, 0.3403 * 0.404 / (1 - 0.3403 * 0.596));
   expect_channel(wax.interior, &RgbColor::g, 2, 1);
   expect_channel(wax.interior, &RgbColor::b, 1, 0);
   ASSERT_EQ(notices.size(), 1u);
-  EXPECT_NE(notices[0].find("no highlight"), std::string::npos) << notices[0];
+  EXPECT_NE(notices[0].find("a principled sheet around a medium"), std::string::npos) << notices[0];
 }
 
 TEST(PbrtMaterials, SubsurfaceKnowsMeasuredMediaPerMillimetre) {

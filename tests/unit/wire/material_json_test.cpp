@@ -95,11 +95,14 @@ TEST(MaterialJson, PrincipledMaterialsAreRead) {
 
 TEST(MaterialJson, AnisotropyAndSheenAreRead) {
   const Material cloth = read(R"("principled": {"anisotropy": 0.25, "anisotropy_rotation_degrees": -30,
-"sheen_color": {"rgb": [0.1, 0.2, 0.3]}, "sheen_roughness": 0})");
+"sheen_color": {"rgb": [0.1, 0.2, 0.3]}, "sheen_roughness": 0, "transmittance": {"rgb": [1, 0.5, 0]}})");
   const auto& principled = std::get<PrincipledMaterial>(cloth.kind);
   EXPECT_EQ(principled.anisotropy, (Anisotropy{0.25, -30}));
   EXPECT_EQ(principled.sheen_color, TexturedColor(0.1f, 0.2f, 0.3f));
   EXPECT_EQ(principled.sheen_roughness, 0);
+  EXPECT_EQ(principled.transmittance, TexturedColor(1, 0.5f, 0));
+  EXPECT_EQ(material_error(R"("principled": {"transmittance": {"rgb": [0, 2, 0]}})"),
+            "m.json:2:61: materials[0].principled.transmittance: each component must be in [0, 1], got (0, 2, 0)");
   const Material brushed =
       read(R"("conductor": {"metal": "gold", "anisotropy": 1, "anisotropy_rotation_degrees": 400})");
   EXPECT_EQ(std::get<ConductorMaterial>(brushed.kind).anisotropy, (Anisotropy{1, 400}));
@@ -148,10 +151,19 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
             "m.json:2:69: materials[0].interior.color: each component must be in [0, 1], got (1, 2, 0)");
   EXPECT_EQ(material_error(R"("mirror": {}, "interior": {"absorption": {"rgb": [1, 2, 0]}})"),
             "m.json:2:55: materials[0].interior: only a dielectric, a principled material with transmission, or a "
-            "diffuse one with a transmittance, has an inside");
+            "diffuse or principled one with a transmittance, has an inside");
+  // Metal has no diffuse part.
+  EXPECT_NE(material_error(R"("principled": {"metallic": 1, "transmittance": {"rgb": [1, 1, 1]}},
+                              "interior": {"scattering": {"rgb": [1, 2, 0]}})")
+                .find("has an inside"),
+            std::string::npos);
+  EXPECT_EQ(read(R"("principled": {"transmittance": {"rgb": [1, 1, 1]}}, "interior": {"subsurface": {"color":
+                    {"rgb": [0, 1, 1]}, "radius": {"rgb": [2, 4, 0.5]}}})")
+                .interior,
+            skin);
   EXPECT_EQ(material_error(R"("principled": {}, "priority": 1)"),
             "m.json:2:59: materials[0].priority: only a dielectric, a principled material with transmission, or a "
-            "diffuse one with a transmittance, has an inside");
+            "diffuse or principled one with a transmittance, has an inside");
 }
 
 TEST(MaterialJson, TexturesWrapAlongEachAxis) {

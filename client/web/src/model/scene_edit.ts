@@ -194,7 +194,8 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .share('anisotropy', 'Anisotropy')
         .number('anisotropyRotationDegrees', 'Rotation of the anisotropy', 0, -1e4, 1e4, 1, true)
         .color('sheenColor', 'Sheen', kBlack)
-        .share('sheenRoughness', 'Sheen roughness', 0.5).found;
+        .share('sheenRoughness', 'Sheen roughness', 0.5)
+        .color('transmittance', 'Transmittance', kBlack).found;
     case 'mixture':
       return mixtureSlots(kind.value, (value) => put({case: 'mixture', value}));
     case 'shadowCatcher':
