@@ -115,18 +115,20 @@ std::string trace_text(const v1::Job& job) {
 std::string audits_text(const v1::Job& job) {
   const std::uint64_t audited = job.counters().results_audited(), unaudited = job.results_unaudited(),
                       merged = job.counters().results_merged();
+  // These jobs forget which results were selected.
+  const bool cut_short = job.state() == v1::JOB_STATE_CANCELLED || job.state() == v1::JOB_STATE_FAILED;
   std::string text;
   if (audited > 0) {
     text = fmt::format("audited by another identity, with the same bits: {} of {}", audited, counted(merged, "result"));
   } else if (job.audit_share() <= 0) {
     text = "unaudited: not requested";
-  } else if (job.state() == v1::JOB_STATE_CANCELLED || job.state() == v1::JOB_STATE_FAILED) {
-    text = "unaudited: it ended before an audit";
-  } else if (unaudited == 0 && merged > 0) {
+  } else if (unaudited == 0 && merged > 0 && !cut_short) {
     text = fmt::format("unaudited: none of {} was selected at a share of {:.3g}%", counted(merged, "result"),
                        100 * job.audit_share());
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers have the same certificate or token, or run on one machine)";
+  } else if (cut_short) {
+    text = "unaudited: it ended before an audit";
   } else if (job.state() == v1::JOB_STATE_DONE) {
     text = job.audits_lost() > 0
                ? fmt::format("unaudited: {} lost with their workers", counted(job.audits_lost(), "audit"))

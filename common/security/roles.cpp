@@ -60,8 +60,9 @@ Result<Roles> parse_roles(std::string_view text) {
     const std::optional<Role> role = role_named(name);
     if (!role) {
       // Without enrol: users do not name it. `lightmill tokens create NAME --enrol N` gives it.
-      const Roles known{Role::view, Role::submit, Role::operate, Role::worker, Role::admin};
-      return invalid_argument("{}", unknown_text("role", name, list_of(known)));
+      std::vector<std::string> known = list_of(Roles::all());
+      std::erase(known, name_of(Role::enrol));
+      return invalid_argument("{}", unknown_text("role", name, known));
     }
     roles.add(*role);
     at = end + 1;

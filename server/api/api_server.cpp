@@ -120,8 +120,8 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
         return listener->set_caller(peer, caller);
       });
   runtime.access().set_on_taken(
-      [listener = parts->listener.get()](const std::string& peer, std::uint64_t bytes, std::uint64_t around) {
-        listener->taken(peer, bytes, around);
+      [listener = parts->listener.get()](const std::string& peer, std::uint64_t bytes, std::uint64_t overhead) {
+        listener->taken(peer, bytes, overhead);
       });
   runtime.loop().set_handlers({[workers = parts->workers](Outgoing message) { workers->send(std::move(message)); },
                                [workers = parts->workers](SessionId session) { workers->disconnect(session); },

@@ -88,7 +88,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
   void OnWriteDone(bool ok) override {
     call_.slot->set_active();
-    runtime_.access().taken(call_.peer, 0, around_sent(response_.ByteSizeLong()));
+    runtime_.access().taken(call_.peer, 0, overhead_of_sent(response_.ByteSizeLong()));
     if (ok) {
       boost::asio::post(threads_.disk, [this] { write_next(); });
     } else {

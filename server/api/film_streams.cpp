@@ -62,7 +62,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
   void refuse(const grpc::Status& status) { Finish(status); }
 
   void OnWriteDone(bool ok) override {
-    access_.taken(call_.peer, 0, around_sent(response_.ByteSizeLong()));
+    access_.taken(call_.peer, 0, overhead_of_sent(response_.ByteSizeLong()));
     if (!ok || next_ == tiles_.size()) {
       call_.slot->call_ended();
       Finish(ok ? grpc::Status::OK : grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));

@@ -19,7 +19,7 @@ Result<Call> admit(const AccessControl& access, const grpc::ServerContextBase& c
                    const CallSubject& about = {}, std::uint64_t request_bytes = 0);
 
 /// What a client sends while it receives this many bytes: window updates. For AccessControl::taken.
-inline std::uint64_t around_sent(std::uint64_t bytes) {
+inline std::uint64_t overhead_of_sent(std::uint64_t bytes) {
   return UnreadBytes::kMessageOverhead + bytes / UnreadBytes::kOverheadShare / 4;
 }
 

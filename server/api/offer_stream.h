@@ -61,7 +61,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
     call_.slot->set_active();
     {
       const MutexLock lock(mutex_);
-      access_.taken(call_.peer, 0, around_sent(response_.ByteSizeLong()));
+      access_.taken(call_.peer, 0, overhead_of_sent(response_.ByteSizeLong()));
       writing_ = false;
       if (ending_) {
         this->Finish(final_status_);

@@ -384,10 +384,10 @@ void Listener::end_large_unread(Time now) {
   }
 }
 
-void Listener::taken(const std::string& peer, std::uint64_t bytes, std::uint64_t around) {
+void Listener::taken(const std::string& peer, std::uint64_t bytes, std::uint64_t overhead) {
   const MutexLock lock(mutex_);
   if (const Id id = limiter_.id_of(peer); unread_ && id != 0) {
-    unread_->taken(id, bytes, around);
+    unread_->taken(id, bytes, overhead);
   }
 }
 

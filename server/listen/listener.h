@@ -41,7 +41,7 @@ class Listener {
   /// Limits the bytes of known callers that are not taken(). Before start(). Without it there is no limit.
   void limit_unread(const UnreadBytes::Limits& limits) { unread_.emplace(limits); }
   /// Like UnreadBytes::taken, of the connection from ADDRESS:PORT.
-  void taken(const std::string& peer, std::uint64_t bytes, std::uint64_t around);
+  void taken(const std::string& peer, std::uint64_t bytes, std::uint64_t overhead);
 
   /// Takes ownership of a non-blocking socket, connected to ADDRESS:PORT.
   using Take = std::function<void(int socket, const std::string& peer)>;

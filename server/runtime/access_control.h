@@ -53,7 +53,8 @@ class AccessControl {
   }
 
   /// Called with each message over gRPC that was used or thrown away. Set it before the server starts.
-  void set_on_taken(std::function<void(const std::string& peer, std::uint64_t bytes, std::uint64_t around)> on_taken) {
+  void set_on_taken(
+      std::function<void(const std::string& peer, std::uint64_t bytes, std::uint64_t overhead)> on_taken) {
     on_taken_ = std::move(on_taken);
   }
 
@@ -72,8 +73,8 @@ class AccessControl {
   /// Like ConnectionLimiter::set_caller, for a gRPC connection. RESOURCE_EXHAUSTED.
   Status set_caller(const std::string& peer, const Identity& caller) const { return on_identified_(peer, caller); }
   /// Like Listener::taken, for a gRPC connection.
-  void taken(const std::string& peer, std::uint64_t bytes, std::uint64_t around) const {
-    on_taken_(peer, bytes, around);
+  void taken(const std::string& peer, std::uint64_t bytes, std::uint64_t overhead) const {
+    on_taken_(peer, bytes, overhead);
   }
   /// Counts one request against the caller's limits. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;

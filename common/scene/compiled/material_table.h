@@ -178,7 +178,7 @@ class MaterialTable {
     return column.textured ? rgb * texture_at(column, surface, lanes, most) : rgb;
   }
   V8 tinted_reflectance(const Surface8& surface, M8 lanes) const;
-  /// The albedo of surfaces, of which some are principled sheets.
+  /// The albedo where some surfaces are principled sheets.
   V8 with_sheets(const V8& color, const V8& second, const Surface8& surface, M8 lanes) const;
   V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const;
 
@@ -209,7 +209,7 @@ class MaterialTable {
     return single_scattering_.at(surface.material, lanes) == U8(0u);
   }
   U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
-  /// `owner`: the material of the surface, of which `material` may be a part.
+  /// `owner` is the material of the surface. `material` is the same one, or a part of it.
   void add(const Material& material, const Material& owner, const std::array<std::uint32_t, 2>& parts,
            const Vec3& radiance);
 

@@ -163,9 +163,10 @@ Status migrate_from(int format, Session& session) {
 /// Explains a missing table or column: the format's number is damaged, or the tables are.
 Status explain(const Status& status, const Session& session, int format) {
   const bool is_missing = session.last_state() == "42P01" || session.last_state() == "42703";
-  return is_missing ? data_loss("{}. The table meta says format {}. It is damaged, or tables are. Restore a backup",
-                                message_of(status), format)
-                    : status;
+  return is_missing
+             ? data_loss("{}. The table meta says format {}. This number or the tables are damaged. Restore a backup",
+                         message_of(status), format)
+             : status;
 }
 
 }  // namespace

@@ -223,7 +223,7 @@ TEST_F(PostgresStoreTest, ADamagedDatabaseOfFormat9IsRefusedAndNotChanged) {
       {"DELETE FROM turn", "the tables turn, summary, lease and audit_secret must have one row each"},
       {"UPDATE summary SET checksum = checksum + 1", "the table summary has a wrong checksum"},
       {"UPDATE summary SET sums = set_bit(sums, 0, 1 - get_bit(sums, 0))", "the table summary has a wrong checksum"},
-      {"UPDATE meta SET format = 8", "The table meta says format 8. It is damaged, or tables are"},
+      {"UPDATE meta SET format = 8", "The table meta says format 8. This number or the tables are damaged"},
       {"DELETE FROM tokens", "its table tokens has lost rows", StatusCode::kFailedPrecondition}};
   for (const Case& one : cases) {
     SCOPED_TRACE(one.damage);

@@ -39,6 +39,11 @@ TEST(Progress, AJobWithoutResultsHasNoVerdictOnItsAudits) {
   EXPECT_EQ(audits_text(job), "no audits yet");
   job.mutable_counters()->set_results_merged(3);
   EXPECT_EQ(audits_text(job), "unaudited: none of 3 results was selected at a share of 1%");
+  job.set_state(v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(audits_text(job), "unaudited: it ended before an audit");
+  job.set_one_identity(true);
+  EXPECT_TRUE(audits_text(job).starts_with("unaudited: one identity")) << audits_text(job);
+  job.set_one_identity(false);
   job.set_state(v1::JOB_STATE_DONE);
   job.set_results_unaudited(2);
   EXPECT_EQ(audits_text(job), "unaudited: no other identity was connected; 2 results could not be audited");
