@@ -28,8 +28,9 @@ constexpr int kUserTimeoutMs = 30'000;
 constexpr int kPauseMs = 50;
 /// Poll interval while bytes of unknown connections are counted.
 constexpr int kCountMs = 50;
-/// Interval at which unread bytes of known connections are counted, and the time for each of them, if that is longer.
-constexpr int kCountUnreadMs = 250;
+/// Interval at which unread bytes of known connections are counted, and the time for each of them, if that is longer. A
+/// local program sends a gigabyte a second, and must be noticed long before --wire-gib is full.
+constexpr int kCountUnreadMs = 50;
 constexpr Duration kCountUnread = std::chrono::milliseconds(kCountUnreadMs);
 constexpr Duration kCountUnreadOfOne = std::chrono::microseconds(100);
 /// Poll interval otherwise. Closed connections are dropped at this rate.
