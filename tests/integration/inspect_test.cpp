@@ -226,7 +226,7 @@ TEST(Inspect, AWorkerDrainsWhileItsReaderHangs) {
   BackgroundProcess& worker = farm.add_worker(1, "w1");
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
   std::string corners;
-  while (corners.size() < (60u << 20)) {
+  while (corners.size() < (20u << 20)) {
     corners += "v 0.125 0.25 0.375 0.5 0.5 0.5\n";
   }
   Dropped slow(farm.client());

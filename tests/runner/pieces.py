@@ -56,7 +56,7 @@ DEFAULT_PIECES = [
 ]
 
 
-LAST_PIECES = [
+OTHER_PIECES = [
     Piece("fuzzers", "fuzz", labelled("fuzz")),
     Piece("programs by clang", "fuzz", target="programs"),
     Piece("each file compiled by itself", "plain"),
@@ -67,10 +67,8 @@ def later_pieces(after_default):
     """All pieces except the default suite. After the default suite, nothing runs twice in the same build."""
     def is_new(preset, run):
         return not after_default or not any(piece.preset == preset and piece.selects(run) for piece in DEFAULT_PIECES)
-    pieces = [Piece(f"long: {run.name}", "release", lambda each, name=run.name: each.name == name)
-              for run in runs_of("release") if "long" in run.labels]
-    pieces.append(Piece("release: readers of untrusted input", "release",
-                        lambda run: labelled("asan", without=("long",))(run) and is_new("release", run)))
+    pieces = [Piece("release: readers of untrusted input", "release",
+                    lambda run: labelled("asan", without=("long",))(run) and is_new("release", run))]
     for preset, labels in (("asan", ("unit", "fuzz", "simulation")), ("ubsan", ("unit", "fuzz", "simulation")),
                            ("tsan", ("threads", "unit", "simulation", "statistical"))):
         for i, label in enumerate(labels):
@@ -78,12 +76,15 @@ def later_pieces(after_default):
             others = labels[:i] + (("long",) if (preset, label) == ("tsan", "simulation") else ())
             pieces.append(Piece(f"{preset}: {label}", preset, lambda run, preset=preset, label=label, without=others:
                                 labelled(label, without=without)(run) and is_new(preset, run)))
-    return pieces + LAST_PIECES
+    # Last, because these rarely fail.
+    long = [Piece(f"long: {run.name}", "release", lambda each, name=run.name: each.name == name)
+            for run in runs_of("release") if "long" in run.labels]
+    return pieces + OTHER_PIECES + long
 
 
 def piece_named(name):
     """None if no piece has this name."""
-    pieces = DEFAULT_PIECES + LAST_PIECES + (later_pieces(True) if ": " in name else [])
+    pieces = DEFAULT_PIECES + OTHER_PIECES + (later_pieces(True) if ": " in name else [])
     return next((piece for piece in pieces if piece.name == name), None)
 
 
