@@ -34,6 +34,7 @@ struct ImageAsset {
   std::string name;          ///< for messages
   std::string place;         ///< place where the scene names it, for errors
   bool environment = false;  ///< or a texture
+  bool equal_area = false;   ///< an environment's mapping
 };
 
 /// A scene that is ready to be packed and sent.

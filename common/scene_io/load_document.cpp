@@ -91,10 +91,12 @@ class DocumentLoader {
     } else if (auto* environment = std::get_if<EnvironmentLight>(&light.kind);
                environment != nullptr && environment->has_image) {
       const std::string field = fmt::format("lights[{}].environment.file", index);
-      LM_ASSIGN_OR_RETURN(
-          environment->asset,
-          add_image_file(sources_, folder_ / environment->file,
-                         {.name = environment->file, .place = place_of(field), .environment = true}, loaded_));
+      LM_ASSIGN_OR_RETURN(environment->asset, add_image_file(sources_, folder_ / environment->file,
+                                                             {.name = environment->file,
+                                                              .place = place_of(field),
+                                                              .environment = true,
+                                                              .equal_area = environment->equal_area},
+                                                             loaded_));
     }
     return ok_status();
   }

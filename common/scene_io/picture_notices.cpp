@@ -213,8 +213,8 @@ Status check_image_header(const ImageAsset& image, const ImageSize& size, std::v
   if (!image.environment) {
     return ok_status();
   }
-  LM_RETURN_IF_ERROR(with_context(check_environment_size(size.width, size.height), where));
-  if (std::abs(size.width - 2 * size.height) > 1) {  // an odd width cannot be exact
+  LM_RETURN_IF_ERROR(with_context(check_environment_size(size.width, size.height, image.equal_area), where));
+  if (!image.equal_area && std::abs(size.width - 2 * size.height) > 1) {  // an odd width cannot be exact
     notices.push_back(
         fmt::format("{}: its {}x{} pixels are stretched over all longitudes and latitudes. Such an image is twice as "
                     "wide as high",

@@ -87,6 +87,13 @@ std::optional<double> similarity_scale(const Transform& t) {
   return similar ? std::optional(std::sqrt(xx)) : std::nullopt;
 }
 
+std::optional<std::array<Point3d, 3>> orientation_of(const Transform& to_scene) {
+  if (!similarity_scale(to_scene)) {
+    return std::nullopt;
+  }
+  return std::array{normalize(axis_of(to_scene, 0)), normalize(axis_of(to_scene, 1)), normalize(axis_of(to_scene, 2))};
+}
+
 std::optional<Transform> looking_at(const Point3d& eye, const Point3d& at, const Point3d& up) {
   const Point3d z = normalize(difference(at, eye)), x = normalize(cross(normalize(up), z)), y = cross(z, x);
   const Transform out{{{x[0], y[0], z[0], eye[0]}, {x[1], y[1], z[1], eye[1]}, {x[2], y[2], z[2], eye[2]}}};

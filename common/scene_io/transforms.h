@@ -20,6 +20,9 @@ Point3d map_point(const Transform& t, const Point3d& p);
 Point3d map_vector(const Transform& t, const Point3d& v);
 /// The factor of all lengths, if the map has one to a relative error of 1e-4.
 std::optional<double> similarity_scale(const Transform& t);
+/// Rows of the matrix that takes directions of the scene to an object's own ones. Nothing if `to_scene` is no similarity.
+/// It may mirror.
+std::optional<std::array<Point3d, 3>> orientation_of(const Transform& to_scene);
 
 /// The map of an object at `eye` whose +z points to `at` and whose +y points towards `up`: x is y × z. Nothing if the
 /// points are one, or `up` is along the view.

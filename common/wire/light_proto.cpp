@@ -213,6 +213,16 @@ Result<EnvironmentLight> environment_light(const std::string& path, const v1::Li
     out.radiance = {scaled(out.radiance.r), scaled(out.radiance.g), scaled(out.radiance.b)};
   }
   out.rotation_degrees = wire.rotation_degrees();
+  out.equal_area = wire.mapping() == v1::Light::Environment::EQUAL_AREA;
+  if (const auto& given = wire.orientation(); !given.empty()) {
+    if (given.size() != 9) {
+      return invalid_argument("{}.environment.orientation: needs 9 numbers, got {}", path, given.size());
+    }
+    out.orientation.emplace();
+    for (int i = 0; i < 9; ++i) {
+      (*out.orientation)[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)] = given[i];
+    }
+  }
   out.file = wire.file();
   out.has_image = !wire.file().empty() || !wire.asset().empty();
   return out;
@@ -334,6 +344,14 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    v1::Light::Environment* wire = out->mutable_environment();
                    to_wire_color(environment.radiance, wire->mutable_radiance());
                    wire->set_rotation_degrees(environment.rotation_degrees);
+                   if (environment.equal_area) {
+                     wire->set_mapping(v1::Light::Environment::EQUAL_AREA);
+                   }
+                   if (environment.orientation) {
+                     for (const Point3d& row : *environment.orientation) {
+                       wire->mutable_orientation()->Add(row.begin(), row.end());
+                     }
+                   }
                    if (environment.has_image) {
                      wire->set_file(environment.file);
                      wire->set_asset(environment.asset.hex());

@@ -5,6 +5,7 @@ import numpy as np
 
 from .closures import ClosureReader
 from .nodes import output_of
+from .space import TO_DOCUMENT
 from .values import Value, ValueReader, constant
 
 LEFT_OUT = "The world has its mean colour in all directions"
@@ -24,13 +25,13 @@ def export(world, files, notices):
         return None
     environment = {"radiance": {"rgb": [float(c) for c in radiance.rgb]}}
     if radiance.image is not None:
-        turn = rotation(radiance.image.place)
+        turn = orientation(radiance.image.place)
         if turn is None:
-            notices.node(node, f"left out: a sky image can only be rotated about the vertical axis. {LEFT_OUT}")
+            notices.node(node, f"left out: a sky image can only be turned or mirrored, not moved or scaled along an axis. {LEFT_OUT}")
             environment["radiance"]["rgb"] = [float(c) for c in radiance.mean()]
         else:
             environment["file"] = files.add(radiance.image)[0]
-            environment["rotation_degrees"] = turn
+            environment |= turn
     out = {"name": world.name, "environment": environment}
     if world.lightgroup:
         from .lights import group_name
@@ -61,14 +62,16 @@ def check(world, notices):
         notices.here(f"left out: its limit of {world.cycles.max_bounces} bounces")
 
 
-def rotation(place):
-    """Rotation of an equirectangular image about the vertical axis, in degrees. None if its transform is not such a rotation."""
+def orientation(place):
+    """The document's fields for the turn of an equirectangular image. None if its transform is no turn and no reflection."""
     matrix = place.affine()
     turn = matrix[:3, :3]
-    if place.kind != "DIRECTION" or not np.allclose(matrix[:3, 3], 0, atol=1e-6):
-        return None
-    size = np.cbrt(np.linalg.det(turn))
-    if size <= 0 or not np.allclose(turn[2], [0, 0, size], atol=1e-6 * size) or not np.allclose(
+    size = np.cbrt(abs(np.linalg.det(turn)))
+    if place.kind != "DIRECTION" or not np.allclose(matrix[:3, 3], 0, atol=1e-6) or size == 0 or not np.allclose(
             turn @ turn.T, np.eye(3) * size * size, atol=1e-5 * size * size):
         return None
-    return -math.degrees(math.atan2(turn[1, 0], turn[0, 0]))
+    turn = turn / size
+    if np.allclose(turn[2], [0, 0, 1], atol=1e-6) and np.linalg.det(turn) > 0:
+        return {"rotation_degrees": -math.degrees(math.atan2(turn[1, 0], turn[0, 0]))}
+    to_document = np.array(TO_DOCUMENT)[:3, :3]
+    return {"orientation": [float(x) for x in (to_document @ turn @ to_document.T).ravel()]}

@@ -189,14 +189,22 @@ Status LightBuilder::add_image(const EnvironmentLight& light, const std::string&
   LM_ASSIGN_OR_RETURN(const std::string bytes, with_context(assets(light.asset), where));
   LM_ASSIGN_OR_RETURN(Texels texels, with_context(images(as_byte_view(bytes), light.file), where));
   const int width = texels.width, height = texels.height;
-  LM_RETURN_IF_ERROR(with_context(check_environment_size(width, height), fmt::format("{}: {}", where, light.file)));
+  LM_RETURN_IF_ERROR(
+      with_context(check_environment_size(width, height, light.equal_area), fmt::format("{}: {}", where, light.file)));
   LM_RETURN_IF_ERROR(budget.take(peak_bytes(texels), where));
   if (!is_black(light.radiance)) {
-    std::vector<float> rgb = linear_rgb(texels);
+    EnvironmentImage image;
+    image.rgb = linear_rgb(texels);
     texels = {};
-    lights_.environment =
-        EnvironmentRadiance(std::move(rgb), static_cast<std::size_t>(width), static_cast<std::size_t>(height),
-                            to_vec(light.radiance), light.rotation_degrees);
+    image.width = static_cast<std::size_t>(width);
+    image.height = static_cast<std::size_t>(height);
+    image.mapping = light.equal_area ? EnvironmentMapping::equal_area : EnvironmentMapping::equirectangular;
+    if (light.orientation) {
+      const auto& [x, y, z] = *light.orientation;
+      image.orientation = std::array{to_vec(x), to_vec(y), to_vec(z)};
+    }
+    image.rotation_degrees = light.rotation_degrees;
+    lights_.environment = EnvironmentRadiance(std::move(image), to_vec(light.radiance));
     note_group(LightKind::environment, group);
   }
   return ok_status();

@@ -1,7 +1,9 @@
 // Lights of a scene document that are not surfaces. Directions need not be unit vectors.
 #pragma once
 
+#include <array>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -67,11 +69,13 @@ struct IesLight {
   std::string file;             ///< as the document named it; for messages only
   Sha256 asset;                 ///< of the profile's file
 };
-/// Light from infinitely far away on all sides: one colour, or an image in equal longitudes and latitudes. The top of
-/// the image is at +y, its centre at +x, and its right half begins towards +z.
+/// Light from infinitely far away on all sides: one colour, or an image (common/lights/environment_light.h).
 struct EnvironmentLight {
-  RgbColor radiance{1, 1, 1};   ///< W/(m² sr); multiplies the image, if there is one
-  double rotation_degrees = 0;  ///< of the image about +y; positive turns +x towards −z
+  RgbColor radiance{1, 1, 1};  ///< W/(m² sr); multiplies the image, if there is one
+  bool equal_area = false;     ///< the image is a square of equal areas, not of longitudes and latitudes
+  /// Rows of an orthogonal matrix that takes directions of the scene to those of the image; none: the identity.
+  std::optional<std::array<Point3d, 3>> orientation;
+  double rotation_degrees = 0;  ///< after it, of the image about its +y; positive turns +x towards −z
   std::string file;             ///< as the document named it; for messages only; empty without an image
   Sha256 asset;                 ///< of the image's file
   bool has_image = false;

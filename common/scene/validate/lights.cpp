@@ -1,6 +1,7 @@
 #include "common/scene/validate/parts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/overloaded.h"
 
@@ -65,29 +66,41 @@ Status check_ies(const std::string& path, const IesLight& ies) {
   return check_range(path + ".ies.scale", ies.scale, 0, kMaxPower);
 }
 
+Status check_environment(const std::string& path, const EnvironmentLight& light) {
+  if (light.orientation) {
+    constexpr double kTolerance = 1e-3;  // of numbers with few digits
+    for (std::size_t i = 0; i < 9; ++i) {
+      const Point3d &a = (*light.orientation)[i / 3], &b = (*light.orientation)[i % 3];
+      const double product = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+      if (!(std::abs(product - (i / 3 == i % 3 ? 1 : 0)) <= kTolerance)) {
+        return invalid_argument("{}.orientation: its rows must be perpendicular and of length 1", path);
+      }
+    }
+  }
+  LM_RETURN_IF_ERROR(check_range(path + ".rotation_degrees", light.rotation_degrees, -360, 360));
+  return check_power(path + ".radiance", light.radiance);
+}
+
 Status check_light(const std::string& path, const Light& light) {
-  return std::visit(Overloaded{
-                        [&](const PointLight& point) {
-                          LM_RETURN_IF_ERROR(check_point(path + ".point.position", point.position));
-                          LM_RETURN_IF_ERROR(check_power(path + ".point.intensity", point.intensity));
-                          return check_range(path + ".point.radius", point.radius, 0, kMaxCoordinate);
-                        },
-                        [&](const DirectionalLight& sun) {
-                          LM_RETURN_IF_ERROR(check_direction(path + ".directional.direction", sun.direction));
-                          LM_RETURN_IF_ERROR(check_power(path + ".directional.irradiance", sun.irradiance));
-                          return check_range(path + ".directional.angle_degrees", sun.angle_degrees, 0, 180);
-                        },
-                        [&](const SpotLight& spot) { return check_spot(path, spot); },
-                        [&](const CosinePowerLight& cosine_power) { return check_cosine_power(path, cosine_power); },
-                        [&](const DiskLight& disk) { return check_disk(path, disk); },
-                        [&](const IesLight& ies) { return check_ies(path, ies); },
-                        [&](const EnvironmentLight& environment) {
-                          LM_RETURN_IF_ERROR(check_range(path + ".environment.rotation_degrees",
-                                                         environment.rotation_degrees, -360, 360));
-                          return check_power(path + ".environment.radiance", environment.radiance);
-                        },
-                    },
-                    light.kind);
+  return std::visit(
+      Overloaded{
+          [&](const PointLight& point) {
+            LM_RETURN_IF_ERROR(check_point(path + ".point.position", point.position));
+            LM_RETURN_IF_ERROR(check_power(path + ".point.intensity", point.intensity));
+            return check_range(path + ".point.radius", point.radius, 0, kMaxCoordinate);
+          },
+          [&](const DirectionalLight& sun) {
+            LM_RETURN_IF_ERROR(check_direction(path + ".directional.direction", sun.direction));
+            LM_RETURN_IF_ERROR(check_power(path + ".directional.irradiance", sun.irradiance));
+            return check_range(path + ".directional.angle_degrees", sun.angle_degrees, 0, 180);
+          },
+          [&](const SpotLight& spot) { return check_spot(path, spot); },
+          [&](const CosinePowerLight& cosine_power) { return check_cosine_power(path, cosine_power); },
+          [&](const DiskLight& disk) { return check_disk(path, disk); },
+          [&](const IesLight& ies) { return check_ies(path, ies); },
+          [&](const EnvironmentLight& environment) { return check_environment(path + ".environment", environment); },
+      },
+      light.kind);
 }
 
 }  // namespace
@@ -106,7 +119,10 @@ Status check_lights(const std::vector<Light>& lights) {
   return ok_status();
 }
 
-Status check_environment_size(int width, int height) {
+Status check_environment_size(int width, int height, bool equal_area) {
+  if (equal_area && width != height) {
+    return invalid_argument("an environment of equal areas must be square, got {}x{}", width, height);
+  }
   return std::max(width, height) <= kMaxEnvironmentSide
              ? ok_status()
              : invalid_argument("an environment may have at most {} pixels on a side, got {}x{}", kMaxEnvironmentSide,

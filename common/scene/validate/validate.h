@@ -28,7 +28,7 @@ Status check_powers(const Scene& scene, const SceneAssets& assets);
 /// apart.
 inline constexpr int kMaxEnvironmentSide = 65'536;
 /// Checks a decoded environment, in addition to the decoder's own limits (image/decoder/decoder_process.h).
-Status check_environment_size(int width, int height);
+Status check_environment_size(int width, int height, bool equal_area);
 
 /// Whether a map keeps volumes: its axes are at least 1e-30 long, and not in one plane.
 bool spans_space(const Transform& t);

@@ -65,7 +65,6 @@ class MitsubaWorld {
   MitsubaTextures textures_;
   MitsubaMaterials materials_;
   MitsubaShapes shapes_;
-  Transform world_to_scene_ = kIdentityTransform;
   std::map<const MitsubaObject*, std::vector<Piece>> groups_;
   std::map<const MitsubaObject*, TexturedColor> emissions_;  ///< of emitters on shapes
   std::size_t placed_ = 0;                                   ///< pieces of groups, shapes and instances
@@ -75,11 +74,9 @@ class MitsubaWorld {
 };
 
 Result<LoadedScene> MitsubaWorld::convert(const MitsubaObject& scene) {
-  const std::vector<const MitsubaObject*> emitters = scene.nested("emitter");
-  world_to_scene_ = mitsuba_world_to_scene(emitters, notices_);
   LM_RETURN_IF_ERROR(set_views(scene));
   LM_RETURN_IF_ERROR(say_integrator(scene));
-  LM_RETURN_IF_ERROR(add_lights(emitters));
+  LM_RETURN_IF_ERROR(add_lights(scene.nested("emitter")));
   for (const MitsubaObject* shape : scene.nested("shape")) {
     LM_RETURN_IF_ERROR(add_shape(*shape));
   }
@@ -103,7 +100,7 @@ Status MitsubaWorld::set_views(const MitsubaObject& scene) {
     if (loaded_.cameras.size() == kMaxSensors) {
       return sensor->place.error("there are more than {} sensors", kMaxSensors);
     }
-    LM_ASSIGN_OR_RETURN(MitsubaView view, read_mitsuba_view(*sensor, world_to_scene_, notices_, loaded_.faults));
+    LM_ASSIGN_OR_RETURN(MitsubaView view, read_mitsuba_view(*sensor, notices_, loaded_.faults));
     if (const Status valid = validate(view.camera.camera); !valid.ok()) {
       return sensor->place.error("{}", message_of(valid));
     }
@@ -150,8 +147,7 @@ Status MitsubaWorld::add_lights(const std::vector<const MitsubaObject*>& emitter
     if (loaded_.scene.lights.size() == kMaxSceneEntries) {
       return emitter->place.error("there are more than {} lights", kMaxSceneEntries);
     }
-    LM_ASSIGN_OR_RETURN(Light light,
-                        read_mitsuba_light(*emitter, world_to_scene_, textures_, files_, loaded_, notices_));
+    LM_ASSIGN_OR_RETURN(Light light, read_mitsuba_light(*emitter, textures_, files_, loaded_, notices_));
     const bool surrounds = std::holds_alternative<EnvironmentLight>(light.kind);
     if (surrounds && environment) {
       return emitter->place.error("a scene can have only one constant or envmap emitter");
@@ -173,7 +169,7 @@ Status MitsubaWorld::add_shape(const MitsubaObject& from) {
     return add_instance(from);
   }
   LM_ASSIGN_OR_RETURN(const std::optional<Piece> piece, piece_of(from, false));
-  return piece ? place(*piece, world_to_scene_, from) : ok_status();
+  return piece ? place(*piece, kIdentityTransform, from) : ok_status();
 }
 
 Result<const std::vector<MitsubaWorld::Piece>*> MitsubaWorld::group(const MitsubaObject& from) {
@@ -199,7 +195,7 @@ Status MitsubaWorld::add_instance(const MitsubaObject& from) {
   if (groups.size() != 1 || groups[0]->type != "shapegroup") {
     return from.place.error("{}: one shapegroup is expected", from.what());
   }
-  const Transform to_scene = compose(world_to_scene_, from.transform("to_world"));
+  const Transform to_scene = from.transform("to_world");
   LM_RETURN_IF_ERROR(from.finish(loaded_.faults));
   LM_ASSIGN_OR_RETURN(const std::vector<Piece>* pieces, group(*groups[0]));
   for (const Piece& piece : *pieces) {

@@ -10,8 +10,6 @@
 namespace lightmill {
 namespace {
 
-constexpr double kDirectionTolerance = 1e-6;  ///< of a direction
-
 Point3d origin_of_emitter(const MitsubaObject& from, const Transform& to_scene) {
   const Point3d out = map_point(to_scene, {0, 0, 0});
   if (!std::ranges::all_of(out, [](double x) { return std::abs(x) <= kMaxCoordinate; })) {
@@ -31,34 +29,18 @@ Point3d axis_of_emitter(const MitsubaObject& from, const Transform& to_scene) {
   return normalize(out);
 }
 
-/// The turn of an envmap. Nothing if its transform is not one.
-std::optional<Transform> turn_of(const MitsubaObject& envmap) {
-  Transform out = envmap.transform("to_world");
-  const std::optional<double> scale = similarity_scale(out);
-  if (!scale || determinant(out) < 0) {
-    return std::nullopt;
-  }
-  for (auto& row : out) {
-    row = {row[0] / *scale, row[1] / *scale, row[2] / *scale, 0};
-  }
-  return out;
-}
-
-bool turns_about_y(const Transform& turn) {
-  const Point3d up = map_vector(turn, {0, 1, 0});
-  return std::hypot(up[0], up[2]) < kDirectionTolerance && up[1] > 0;
-}
-
-EnvironmentLight envmap_emitter(const MitsubaObject& from, const Transform& world_to_scene, FileSource& files,
-                                LoadedScene& loaded) {
+EnvironmentLight envmap_emitter(const MitsubaObject& from, FileSource& files, LoadedScene& loaded) {
   EnvironmentLight out;
   const auto scale = static_cast<float>(from.number("scale", 1, 0, 1e20));
   out.radiance = {scale, scale, scale};
   from.ignore({"mis_compensation"});
-  // The centre of the image is at +z, where ours is at +x.
-  const Transform turn = turn_of(from).value_or(kIdentityTransform);
-  const Point3d middle = map_vector(compose(world_to_scene, turn), {0, 0, 1});
-  out.rotation_degrees = std::atan2(middle[0], middle[2]) * 180 / std::numbers::pi - 90;
+  out.rotation_degrees = -90;  // the centre of the image is at +z, where ours is at +x
+  if (from.has("to_world")) {
+    out.orientation = orientation_of(from.transform("to_world"));
+    if (!out.orientation) {
+      from.fail("to_world", "only a turned or mirrored image can be rendered");
+    }
+  }
   const std::string written = from.text("filename", "");
   Result<SourceFile> file = written.empty() ? Result<SourceFile>(not_found("no file is named")) : files(written);
   if (!file.ok()) {
@@ -89,36 +71,18 @@ SpotLight spot_emitter(const MitsubaObject& from, const Transform& to_scene, Mit
 
 }  // namespace
 
-Transform mitsuba_world_to_scene(const std::vector<const MitsubaObject*>& emitters, Notices& notices) {
-  Transform out = kIdentityTransform;
-  for (const MitsubaObject* emitter : emitters) {
-    if (emitter->type != "envmap") {
-      continue;
-    }
-    const std::optional<Transform> turn = turn_of(*emitter);
-    if (!turn) {
-      emitter->fail("to_world", "only turns of the image can be rendered");
-    } else if (!turns_about_y(*turn)) {
-      notices.once("the scene is turned so that the top of the environment's image is at +y");
-      out = inverse(*turn).value_or(kIdentityTransform);
-    }
-  }
-  return out;
-}
-
-Result<Light> read_mitsuba_light(const MitsubaObject& from, const Transform& world_to_scene, MitsubaTextures& textures,
-                                 FileSource& files, LoadedScene& loaded, Notices& notices) {
+Result<Light> read_mitsuba_light(const MitsubaObject& from, MitsubaTextures& textures, FileSource& files,
+                                 LoadedScene& loaded, Notices& notices) {
   Light out;
   out.name = utf8_text(from.label());
-  const Transform to_scene = compose(world_to_scene, from.transform("to_world"));
+  const Transform to_scene = from.transform("to_world");
   if (from.type == "point") {
-    const Transform at =
-        from.has("position") ? compose(world_to_scene, translation(from.point("position", {}))) : to_scene;
+    const Transform at = from.has("position") ? translation(from.point("position", {})) : to_scene;
     out.kind = PointLight{origin_of_emitter(from, at), textures.plain_light(from, "intensity")};
   } else if (from.type == "spot") {
     out.kind = spot_emitter(from, to_scene, textures, notices);
   } else if (from.type == "directional") {
-    const Point3d given = map_vector(world_to_scene, from.point("direction", {0, 0, 1}));
+    const Point3d given = from.point("direction", {0, 0, 1});
     const Transform along{{{0, 0, given[0], 0}, {0, 0, given[1], 0}, {0, 0, given[2], 0}}};
     out.kind = DirectionalLight{axis_of_emitter(from, from.has("direction") ? along : to_scene),
                                 textures.plain_light(from, "irradiance")};
@@ -127,7 +91,7 @@ Result<Light> read_mitsuba_light(const MitsubaObject& from, const Transform& wor
     sky.radiance = textures.plain_light(from, "radiance");
     out.kind = sky;
   } else if (from.type == "envmap") {
-    out.kind = envmap_emitter(from, world_to_scene, files, loaded);
+    out.kind = envmap_emitter(from, files, loaded);
   } else {
     return from.place.error("emitters of the type \"{}\" cannot be rendered{}", from.type,
                             from.type == "area" ? " outside of a shape" : "");

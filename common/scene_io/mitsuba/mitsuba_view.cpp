@@ -83,7 +83,7 @@ double half_height(const MitsubaObject& from, double aspect) {
   return half;
 }
 
-void read_lens(const MitsubaObject& from, const Transform& world_to_scene, MitsubaView& out) {
+void read_lens(const MitsubaObject& from, MitsubaView& out) {
   const bool lens = from.type == "thinlens";
   if (!lens && from.type != "perspective") {
     return from.fail(from.place.error("sensors of the type \"{}\" cannot be rendered", from.type));
@@ -94,7 +94,7 @@ void read_lens(const MitsubaObject& from, const Transform& world_to_scene, Mitsu
     return from.fail("to_world", "only moves and turns of a camera can be rendered");
   }
   Camera& camera = out.camera.camera;
-  camera = camera_along_z(compose(world_to_scene, to_world));
+  camera = camera_along_z(to_world);
   const double aspect = static_cast<double>(out.film.width) / out.film.height;
   out.camera.aspect = aspect;
   camera.vertical_fov_degrees = std::clamp(2 * std::atan(half_height(from, aspect)) * kDegrees, 1e-6, 179.9999);
@@ -109,8 +109,7 @@ void read_lens(const MitsubaObject& from, const Transform& world_to_scene, Mitsu
 
 }  // namespace
 
-Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, const Transform& world_to_scene, Notices& notices,
-                                      Faults& faults) {
+Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, Notices& notices, Faults& faults) {
   MitsubaView out;
   out.film = {768, 576, {FilterKind::gaussian, 1.5}};
   out.camera.name = utf8_text(sensor.label());
@@ -126,7 +125,7 @@ Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, const Transfo
     const std::int64_t samples = sampler->whole("sample_count", 4, 1, std::int64_t{1} << 40);
     notices.left_out(fmt::format("the sampler's {} samples per pixel (the job's samples are used)", samples));
   }
-  read_lens(sensor, world_to_scene, out);
+  read_lens(sensor, out);
   LM_RETURN_IF_ERROR(sensor.finish(faults));
   return out;
 }

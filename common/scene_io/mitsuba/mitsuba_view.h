@@ -13,7 +13,6 @@ struct MitsubaView {
 };
 
 /// A sensor with its film, pixel filter and sampler. An error names its place.
-Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, const Transform& world_to_scene, Notices& notices,
-                                      Faults& faults);
+Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, Notices& notices, Faults& faults);
 
 }  // namespace lightmill

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/text.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -65,14 +67,40 @@ SpotLight spot_of(const PbrtParameters& from, const Transform& to_scene, PbrtSpe
   return out;
 }
 
-EnvironmentLight infinite_of(const PbrtParameters& from, PbrtSpectra& spectra, double exposure) {
-  if (from.has("filename")) {
-    from.fail("filename", "images of infinite lights cannot be rendered: pbrt's equal-area map is not read");
+/// The image of an infinite light, in `out`.
+void add_sky(const PbrtParameters& from, const Transform& to_scene, FileSource& files, LoadedScene& loaded,
+             EnvironmentLight& out) {
+  for (const std::string_view other : {"L", "illuminance"}) {
+    if (from.has(other)) {
+      from.fail(other, "cannot be rendered together with an image");
+    }
   }
+  out.orientation = orientation_of(to_scene);
+  if (!out.orientation) {
+    from.fail("filename", "the image is scaled along its axes. Only a turned or mirrored one can be rendered");
+  }
+  const std::string name = from.text("filename", "");
+  Result<SourceFile> file = files(name);
+  if (!file.ok()) {
+    from.fail("filename", message_of(file.status()));
+    return;
+  }
+  out.has_image = out.equal_area = true;
+  out.file = utf8_text(file->name);
+  out.asset =
+      add_image(std::move(file->bytes),
+                {.name = out.file, .place = from.place().text(), .environment = true, .equal_area = true}, loaded);
+}
+
+EnvironmentLight infinite_of(const PbrtParameters& from, const Transform& to_scene, PbrtSpectra& spectra,
+                             double exposure, FileSource& files, LoadedScene& loaded) {
   if (from.has("portal")) {
     from.fail("portal", "portals cannot be rendered");
   }
   EnvironmentLight out;
+  if (from.has("filename")) {
+    add_sky(from, to_scene, files, loaded, out);
+  }
   out.radiance = emitted(from, "L", spectra, exposure * power_factor(from, "illuminance", std::numbers::pi));
   return out;
 }
@@ -96,7 +124,7 @@ Result<std::optional<PbrtAreaLight>> read_pbrt_area_light(const std::string& typ
 }
 
 Result<Light> read_pbrt_light(const std::string& type, const PbrtParameters& from, const Transform& to_scene,
-                              PbrtSpectra& spectra, double exposure, Faults& faults) {
+                              PbrtSpectra& spectra, double exposure, FileSource& files, LoadedScene& loaded) {
   Light out;
   out.name = fmt::format("{} of line {}", type, from.place().line);
   if (type == "point") {
@@ -108,11 +136,11 @@ Result<Light> read_pbrt_light(const std::string& type, const PbrtParameters& fro
     const double factor = exposure * power_factor(from, "illuminance", 1);
     out.kind = DirectionalLight{direction_of(from, to_scene), emitted(from, "L", spectra, factor)};
   } else if (type == "infinite") {
-    out.kind = infinite_of(from, spectra, exposure);
+    out.kind = infinite_of(from, to_scene, spectra, exposure, files, loaded);
   } else {
     return from.place().error("lights of the type \"{}\" cannot be rendered", type);
   }
-  LM_RETURN_IF_ERROR(from.finish(faults));
+  LM_RETURN_IF_ERROR(from.finish(loaded.faults));
   return out;
 }
 

@@ -17,6 +17,6 @@ Result<std::optional<PbrtAreaLight>> read_pbrt_area_light(const std::string& typ
 
 /// A LightSource. Its radiance or intensity is multiplied by `exposure`.
 Result<Light> read_pbrt_light(const std::string& type, const PbrtParameters& from, const Transform& to_scene,
-                              PbrtSpectra& spectra, double exposure, Faults& faults);
+                              PbrtSpectra& spectra, double exposure, FileSource& files, LoadedScene& loaded);
 
 }  // namespace lightmill

@@ -236,7 +236,7 @@ Status PbrtWorld::add_light(const std::string& type, const PbrtParameters& from,
     return from.place().error("there are more than {} lights", kMaxSceneEntries);
   }
   LM_ASSIGN_OR_RETURN(Light light,
-                      read_pbrt_light(type, from, state.to_scene, spectra_, view_.exposure, loaded_.faults));
+                      read_pbrt_light(type, from, state.to_scene, spectra_, view_.exposure, files_, loaded_));
   loaded_.scene.lights.push_back(std::move(light));
   return ok_status();
 }
@@ -318,14 +318,18 @@ Status PbrtWorld::set_priorities() {
   return ok_status();
 }
 
-/// A scene can have only one environment. Even ones add up.
-void PbrtWorld::merge_skies() {
+/// A scene can have only one environment. Those of one colour add up.
+Status PbrtWorld::merge_skies() {
   std::vector<Light> lights;
   EnvironmentLight* sky = nullptr;
   lights.reserve(loaded_.scene.lights.size());
   for (Light& light : loaded_.scene.lights) {
     const auto* next = std::get_if<EnvironmentLight>(&light.kind);
     if (next != nullptr && sky != nullptr) {
+      if (next->has_image || sky->has_image) {
+        return invalid_argument("the light \"{}\": an infinite light with an image must be the only infinite one",
+                                light.name);
+      }
       sky->radiance = {sky->radiance.r + next->radiance.r, sky->radiance.g + next->radiance.g,
                        sky->radiance.b + next->radiance.b};
       continue;
@@ -334,6 +338,7 @@ void PbrtWorld::merge_skies() {
     sky = next == nullptr ? sky : std::get_if<EnvironmentLight>(&lights.back().kind);
   }
   loaded_.scene.lights = std::move(lights);
+  return ok_status();
 }
 
 Result<LoadedScene> PbrtWorld::finish(const SourcePlace& place_of_scene) {
@@ -361,7 +366,7 @@ Result<LoadedScene> PbrtWorld::finish(const SourcePlace& place_of_scene) {
   if (loaded_.scene.objects.empty()) {
     return place_of_scene.error("the scene has no shapes");
   }
-  merge_skies();
+  LM_RETURN_IF_ERROR(merge_skies());
   return std::move(loaded_);
 }
 

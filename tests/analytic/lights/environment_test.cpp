@@ -2,6 +2,9 @@
 // The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
 #include "common/lights/environment_light.h"
 
+#include <random>
+#include <tuple>
+
 #include "tests/analytic/lights/light_checks.h"
 
 namespace lightmill::test {
@@ -15,7 +18,16 @@ struct TestImage {
     std::copy_n(&value.x, 3, rgb.begin() + static_cast<std::ptrdiff_t>(3 * (y * width + x)));
   }
   EnvironmentRadiance light(double rotation_degrees = 0, const Vec3& scale = Vec3(1)) const {
-    return EnvironmentRadiance(rgb, width, height, scale, rotation_degrees);
+    return EnvironmentRadiance({.rgb = rgb, .width = width, .height = height, .rotation_degrees = rotation_degrees},
+                               scale);
+  }
+  EnvironmentRadiance equal_area(const std::optional<std::array<Vec3d, 3>>& orientation = std::nullopt) const {
+    return EnvironmentRadiance({.rgb = rgb,
+                                .width = width,
+                                .height = height,
+                                .mapping = EnvironmentMapping::equal_area,
+                                .orientation = orientation},
+                               Vec3(1));
   }
 };
 
@@ -172,6 +184,131 @@ TEST(Environment, EachPixelIsInItsDocumentedDirection) {
   }
 }
 
+/// A square of equal areas whose values differ in all of its parts.
+TestImage square(std::size_t side) {
+  TestImage out(side, side);
+  for (std::size_t y = 0; y < side; ++y) {
+    for (std::size_t x = 0; x < side; ++x) {
+      out.set(x, y,
+              Vec3(static_cast<float>(0.1 + std::pow(std::sin(0.3 * x + 0.1) * std::cos(0.23 * y), 2)),
+                   static_cast<float>(x), static_cast<float>(y)));
+    }
+  }
+  return out;
+}
+
+TEST(EqualAreaEnvironment, EachPixelIsInItsDocumentedDirection) {
+  const EnvironmentRadiance light = square(64).equal_area();
+  const auto pixel = [&](const Vec3& direction) {
+    const Vec3d value = seen(light, direction);
+    return std::pair(value.y, value.z);
+  };
+  const float hair = 1e-3f;
+  EXPECT_EQ(pixel({hair, hair, 1}), std::pair(32.0, 32.0));
+  EXPECT_EQ(pixel({-hair, -hair, 1}), std::pair(31.0, 31.0));
+  EXPECT_EQ(pixel({1, hair, hair}), std::pair(63.0, 32.0));
+  EXPECT_EQ(pixel({-1, hair, hair}), std::pair(0.0, 32.0));
+  EXPECT_EQ(pixel({hair, 1, hair}), std::pair(32.0, 63.0));
+  EXPECT_EQ(pixel({hair, -1, hair}), std::pair(32.0, 0.0));
+  EXPECT_EQ(pixel({hair, hair, -1}), std::pair(63.0, 63.0)) << "the corners are one direction";
+  EXPECT_EQ(pixel({-hair, hair, -1}), std::pair(0.0, 63.0));
+}
+
+// Clarberg's definition, in double precision: rings around the pole of the area 1 − z are squares of the same area.
+TEST(EqualAreaEnvironment, DirectionsAreMappedByTheDefinition) {
+  const TestImage image = square(256);
+  const EnvironmentRadiance light = image.equal_area();
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  int near_an_edge = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const double z = any(random), phi = M_PI * any(random), ring = std::sqrt(1 - z * z);
+    const Vec3d d(ring * std::cos(phi), ring * std::sin(phi), z);
+    const double r = std::sqrt(1 - std::abs(z)), octant = std::atan2(std::abs(d.y), std::abs(d.x)) / (M_PI / 2);
+    double u = r * (1 - octant), v = r * octant;
+    if (z < 0) {
+      std::tie(u, v) = std::pair(1 - v, 1 - u);
+    }
+    const double x = (std::copysign(u, d.x) + 1) * 128, y = (std::copysign(v, d.y) + 1) * 128;
+    const Vec3d value = VectorLanes(light.radiance(broadcast(Vec3(d))))[0];
+    const bool same = value.y == std::floor(x) && value.z == std::floor(y);
+    near_an_edge += same ? 0 : 1;
+    ASSERT_TRUE(same || std::min(std::abs(x - std::round(x)), std::abs(y - std::round(y))) < 1e-3) << x << ' ' << y;
+  }
+  EXPECT_LT(near_an_edge, 100);
+}
+
+TEST(EqualAreaEnvironment, DirectionsFollowTheStatedDensity) {
+  EXPECT_LT(direction_z(6, square(48).equal_area()), kChiSquaredThreshold);
+  const Vec3d x = glm::normalize(Vec3d(1, 2, -1)), y = glm::normalize(glm::cross(x, Vec3d(0.3, 1, 0.2)));
+  EXPECT_LT(direction_z(7, square(48).equal_area(std::array{x, y, glm::cross(y, x)})), kChiSquaredThreshold)
+      << "turned and mirrored";
+}
+
+TEST(EqualAreaEnvironment, ASampleHasTheDensityAndRadianceOfARayThatFindsIt) {
+  TestImage image = square(32);
+  image.set(0, 0, Vec3(50));
+  const Vec3d x = glm::normalize(Vec3d(1, 2, -1)), y = glm::normalize(glm::cross(x, Vec3d(0.3, 1, 0.2)));
+  const EnvironmentRadiance light = image.equal_area(std::array{x, y, glm::cross(x, y)});
+  int differ = 0;
+  for_each_draw(8, [&](Pair8, Pair8 u) {
+    const LightSample8 s = light.sample(broadcast(Vec3(1, 2, 3)), u);
+    const Lanes drawn(s.pdf_solid_angle), found(light.pdf_solid_angle(s.wi)), weight(s.weight.x);
+    const VectorLanes radiance(light.radiance(s.wi));
+    for (int lane = 0; lane < 8; ++lane) {
+      differ += std::abs(found[lane] / drawn[lane] - 1) > 1e-4 ||
+                        std::abs(weight[lane] * drawn[lane] / radiance[lane].x - 1) > 1e-4
+                    ? 1
+                    : 0;
+    }
+  });
+  EXPECT_LT(differ, kDraws / 1000);
+}
+
+TEST(EqualAreaEnvironment, TheMeanAndTheBeamsCountAllPixelsAlike) {
+  const TestImage image = square(20);
+  const EnvironmentRadiance light = image.equal_area();
+  Vec3d mean(0);
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    mean += Vec3d(image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]) / 400.0;
+  }
+  EXPECT_NEAR(glm::length(light.mean_radiance() - mean), 0, 1e-9 * glm::length(mean));
+  Vec3d flux(0);
+  light.for_each_beam([&](const V8&, const V8& irradiance) {
+    for (int lane = 0; lane < 8; ++lane) {
+      flux += VectorLanes(irradiance)[lane];
+    }
+  });
+  EXPECT_NEAR(glm::length(flux / (4 * M_PI) - mean), 0, 1e-5 * glm::length(mean));
+}
+
+TEST(Environment, AnOrientationIsTheTurnThatItSays) {
+  TestImage image(16, 8);
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+    image.rgb[i] = static_cast<float>(i % 97);
+  }
+  // About y it is a rotation in degrees.
+  const double turn = 35 * M_PI / 180;
+  const EnvironmentRadiance turned({.rgb = image.rgb,
+                                    .width = 16,
+                                    .height = 8,
+                                    .orientation = std::array{Vec3d(std::cos(turn), 0, -std::sin(turn)), Vec3d(0, 1, 0),
+                                                              Vec3d(std::sin(turn), 0, std::cos(turn))},
+                                    .rotation_degrees = 20},
+                                   Vec3(1));
+  const EnvironmentRadiance rotated = image.light(55), still = image.light();
+  // Row by row: the scene's +z is the image's +x, +x is +y, and +y is +z.
+  const EnvironmentRadiance cyclic({.rgb = image.rgb,
+                                    .width = 16,
+                                    .height = 8,
+                                    .orientation = std::array{Vec3d(0, 0, 1), Vec3d(1, 0, 0), Vec3d(0, 1, 0)}},
+                                   Vec3(1));
+  for (const Vec3& d : {Vec3(1, 2, 3), Vec3(-2, 0.5f, 1), Vec3(0.1f, -3, -1)}) {
+    EXPECT_NEAR(glm::length(seen(turned, d) - seen(rotated, d)), 0, 1e-3);
+    EXPECT_NEAR(glm::length(seen(cyclic, d) - seen(still, {d.z, d.x, d.y})), 0, 1e-3);
+  }
+}
+
 TEST(Environment, ANanDirectionStaysInTheImage) {
   TestImage image(3, 2, 0.5f);
   image.set(1, 1, Vec3(2));
@@ -180,6 +317,7 @@ TEST(Environment, ANanDirectionStaysInTheImage) {
     const double value = Lanes(image.light(20).radiance(broadcast(direction)).x)[3];
     EXPECT_GE(value, 0.5);
     EXPECT_LE(value, 2);
+    EXPECT_LE(Lanes(square(4).equal_area().radiance(broadcast(direction)).x)[3], 1.1);
   }
 }
 

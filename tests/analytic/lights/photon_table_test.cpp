@@ -55,7 +55,7 @@ TEST(PhotonEmission, AnUnsampledEnvironmentCanBeLeftOut) {
   const LightTable constant = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
   EXPECT_TRUE(PhotonEmission(constant, kTargets, {}, kTableScene, false).empty());
   const LightTable image = table_of([](LightTable& t) {
-    t.environment = EnvironmentRadiance({1, 1, 1, 2, 2, 2}, 1, 2, kColor, 0);
+    t.environment = EnvironmentRadiance({.rgb = {1, 1, 1, 2, 2, 2}, .width = 1, .height = 2}, kColor);
   });
   EXPECT_FALSE(PhotonEmission(image, kTargets, {}, kTableScene, false).empty());
 }
@@ -67,8 +67,9 @@ TEST(PhotonEmission, EnvironmentImagesEmitAllOfTheirLight) {
     const float v = i == 101 ? 900.0f : i % 32 < 8 ? 0.0f : 0.3f + 0.1f * static_cast<float>(i % 7);
     rgb.insert(rgb.end(), {v, 0.5f * v + 0.1f, i % 32 < 20 ? v : 0.0f});
   }
-  const LightTable table =
-      table_of([&](LightTable& t) { t.environment = EnvironmentRadiance(rgb, 32, 16, kColor, 33); });
+  const LightTable table = table_of([&](LightTable& t) {
+    t.environment = EnvironmentRadiance({.rgb = rgb, .width = 32, .height = 16, .rotation_degrees = 33}, kColor);
+  });
   // The directions in three bands of latitude, by a grid.
   constexpr int kHeights = 512, kTurns = 1024;
   const auto band = [](double y) { return y > 0.6 ? 0 : y > -0.3 ? 1 : 2; };

@@ -131,7 +131,8 @@ TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
     rgb.insert(rgb.end(), {base, base * static_cast<float>(1 + i % 3), i == 21 ? 300 : base});
   }
   LightTable table;
-  table.environment = EnvironmentRadiance(rgb, kWidth, kHeight, {1, 2, 1}, 33);
+  table.environment =
+      EnvironmentRadiance({.rgb = rgb, .width = kWidth, .height = kHeight, .rotation_degrees = 33}, {1, 2, 1});
   table.build();
   const UnoccludedIrradiance unoccluded(table);
   for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(1, 0.2f, 0.3f), Vec3(-1, 0, -1), Vec3(-0.3f, -1, 2)}) {

@@ -317,25 +317,17 @@ TEST(MitsubaEmitters, EnvironmentsAreTurned) {
   const auto still = light_of<EnvironmentLight>(envmap(""), files);
   EXPECT_TRUE(still.has_image);
   EXPECT_EQ(still.radiance, (RgbColor{2, 2, 2}));
-  EXPECT_NEAR(still.rotation_degrees, -90, 1e-9);
-  EXPECT_NEAR(light_of<EnvironmentLight>(envmap(R"(<rotate y="1" angle="90"/>)"), files).rotation_degrees, 0, 1e-9);
-}
-
-TEST(MitsubaEmitters, ATiltedEnvironmentRotatesTheScene) {
-  const TextFiles files{{"sky.exr", "sky"}};
-  const LoadedScene loaded =
-      mitsuba_scene(envmap(R"(<rotate x="1" angle="90"/>)") +
-                        R"(<emitter type="point"><point name="position" value="0, 0, 2"/></emitter>
-<shape type="sphere"><point name="center" x="1" y="2" z="3"/></shape>)",
-                    files);
-  // The turn takes y to z, and z to −y. The scene is turned back.
-  EXPECT_NEAR(std::get<EnvironmentLight>(loaded.scene.lights[0].kind).rotation_degrees, -90, 1e-9);
-  expect_near(std::get<PointLight>(loaded.scene.lights[1].kind).position, {0, 2, 0});
-  expect_near(std::get<SphereShape>(loaded.scene.objects[0].shape).center, {1, 3, -2});
-  EXPECT_EQ(loaded.notices,
-            (std::vector<std::string>{"the scene is turned so that the top of the environment's image is at +y"}));
-  EXPECT_EQ(mitsuba_error(envmap("<scale x=\"-1\"/>") + kSphere, files),
-            "a.xml:2: emitter envmap: transform to_world: only turns of the image can be rendered");
+  EXPECT_EQ(still.rotation_degrees, -90);
+  // The turn takes y to z, and z to −y.
+  const auto turned = light_of<EnvironmentLight>(envmap(R"(<rotate x="1" angle="90"/><scale value="3"/>)"), files);
+  ASSERT_TRUE(turned.orientation);
+  expect_near((*turned.orientation)[0], {1, 0, 0});
+  expect_near((*turned.orientation)[1], {0, 0, 1});
+  expect_near((*turned.orientation)[2], {0, -1, 0});
+  const auto mirrored = light_of<EnvironmentLight>(envmap("<scale x=\"-1\"/>"), files);
+  expect_near(mirrored.orientation.value()[0], {-1, 0, 0});
+  EXPECT_EQ(mitsuba_error(envmap("<scale x=\"2\"/>") + kSphere, files),
+            "a.xml:2: emitter envmap: transform to_world: only a turned or mirrored image can be rendered");
 }
 
 TEST(MitsubaEmitters, SpectraAreIntegrated) {

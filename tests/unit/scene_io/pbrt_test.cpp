@@ -190,11 +190,31 @@ TEST(PbrtLights, UniformInfiniteLightsAreAdded) {
   EXPECT_EQ(std::get<EnvironmentLight>(loaded.scene.lights[0].kind).radiance, (RgbColor{3, 4, 5}));
 }
 
+// The light's z is the centre of its image.
+TEST(PbrtLights, ImagesOfInfiniteLightsAreTurnedSquaresOfEqualAreas) {
+  const TextFiles files{{"sky.exr", "sky"}};
+  const std::string sky = R"(LightSource "infinite" "string filename" "sky.exr" "float scale" 2 Shape "sphere")";
+  const LoadedScene loaded = world("Rotate 90 1 0 0 Scale 3 3 3 " + sky, files);
+  const auto& light = std::get<EnvironmentLight>(loaded.scene.lights.at(0).kind);
+  EXPECT_TRUE(light.has_image && light.equal_area);
+  EXPECT_EQ(light.radiance, (RgbColor{2, 2, 2}));
+  ASSERT_TRUE(light.orientation);
+  expect_near((*light.orientation)[0], {1, 0, 0});
+  expect_near((*light.orientation)[1], {0, 0, 1});
+  expect_near((*light.orientation)[2], {0, -1, 0});
+  ASSERT_EQ(loaded.images.size(), 1u);
+  EXPECT_TRUE(loaded.images[0].environment && loaded.images[0].equal_area);
+  EXPECT_EQ(pbrt_error("Scale 1 2 1 " + sky, files),
+            "a.pbrt:3: LightSource infinite: string filename: the image is scaled along its axes. Only a turned or "
+            "mirrored one can be rendered");
+  EXPECT_EQ(pbrt_error("LightSource \"infinite\" " + sky, files),
+            "the light \"infinite of line 3\": an infinite light with an image must be the only infinite one");
+}
+
 TEST(PbrtLights, UnsupportedLightsAreErrors) {
   EXPECT_EQ(pbrt_error("LightSource \"projection\""), "a.pbrt:3: lights of the type \"projection\" cannot be rendered");
-  EXPECT_EQ(pbrt_error("LightSource \"infinite\"\n\"string filename\" \"sky.exr\""),
-            "a.pbrt:4: LightSource infinite: string filename: images of infinite lights cannot be rendered: pbrt's "
-            "equal-area map is not read");
+  EXPECT_EQ(pbrt_error("LightSource \"infinite\"\n\"string filename\" \"sky.exr\" \"rgb L\" [1 1 1]"),
+            "a.pbrt:4: LightSource infinite: rgb L: cannot be rendered together with an image");
   EXPECT_EQ(pbrt_error("LightSource \"point\" \"rgb I\" [-1 0 0]"),
             "a.pbrt:3: LightSource point: rgb I: three numbers from 0 to 1e+20 are expected");
   EXPECT_EQ(

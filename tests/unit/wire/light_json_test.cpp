@@ -82,9 +82,14 @@ TEST(LightJson, DefaultsAreThoseOfTheSchema) {
   EXPECT_TRUE(image.has_image);
   EXPECT_EQ(image.radiance, (RgbColor{2, 2, 2}));
   EXPECT_EQ(image.rotation_degrees, -30);
+  EXPECT_FALSE(image.equal_area || image.orientation);
 }
 
 TEST(LightJson, MistakesAreNamed) {
+  EXPECT_EQ(light_error(light_document(R"({"environment": {"orientation": [1, 0, 0]}})")),
+            "lights[0].environment.orientation: needs 9 numbers, got 3");
+  EXPECT_EQ(light_error(light_document(R"({"environment": {"orientation": [1, 0, 0, 0, 1, 0, 0, 1, 0]}})")),
+            "lights[0].environment.orientation: its rows must be perpendicular and of length 1");
   EXPECT_EQ(light_error(light_document(R"({"spot": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}}})")),
             "lights[0].spot.direction: must be given");
   EXPECT_EQ(
@@ -141,7 +146,8 @@ TEST(LightJson, PackedScenesKeepEveryLight) {
          {"cosine_power": {"position": [0, 1, 0], "direction": [1, 0, 0], "exponent": 3,
                            "intensity": {"rgb": [7, 8, 9]}}},
          {"ies": {"position": [0, 0, 1], "file": "lamp.ies", "scale": 0.5, "color": {"rgb": [1, 0.5, 0.25]}}},
-         {"environment": {"file": "sky.exr", "radiance": {"rgb": [2, 3, 4]}, "rotation_degrees": 10}})",
+         {"environment": {"file": "sky.exr", "radiance": {"rgb": [2, 3, 4]}, "rotation_degrees": 10,
+                          "mapping": "EQUAL_AREA", "orientation": [0, 1, 0, 0, 0, 1, 1, 0, 0]}})",
       R"(, "emission_strength": {"watt": 5}, "emission_exponent": 2)"));
   std::get<IesLight>(scene.lights[4].kind).asset = sha256("profile");
   std::get<EnvironmentLight>(scene.lights[5].kind).asset = sha256("image");
@@ -159,7 +165,10 @@ TEST(LightJson, PackedScenesKeepEveryLight) {
   EXPECT_EQ(std::get<SpotLight>(back->lights[2].kind).radius, 0.125);
   EXPECT_EQ(std::get<SpotLight>(back->lights[2].kind).intensity, std::get<SpotLight>(scene.lights[2].kind).intensity);
   EXPECT_EQ(std::get<IesLight>(back->lights[4].kind).asset, sha256("profile"));
-  EXPECT_EQ(std::get<EnvironmentLight>(back->lights[5].kind).asset, sha256("image"));
+  const auto& sky = std::get<EnvironmentLight>(back->lights[5].kind);
+  EXPECT_EQ(sky.asset, sha256("image"));
+  EXPECT_TRUE(sky.equal_area);
+  EXPECT_EQ(sky.orientation, (std::array{Point3d{0, 1, 0}, Point3d{0, 0, 1}, Point3d{1, 0, 0}}));
   EXPECT_EQ(back->materials[0].emission_unit, EmissionUnit::flux);
   EXPECT_EQ(back->materials[0].emission_exponent, 2);
   EXPECT_FLOAT_EQ(back->materials[0].emission.rgb.g, 5);
