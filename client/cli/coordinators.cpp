@@ -49,19 +49,6 @@ Status to_status(const grpc::Status& status, const std::string& address) {
   return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
 }
 
-/// The cause in gRPC's message about an unreachable coordinator, for people, with what to do.
-std::string_view cause_of(const grpc::Status& answer) {
-  const std::string& words = answer.error_message();
-  const auto has = [&words](const char* part) { return words.find(part) != std::string::npos; };
-  return has("Connection refused")      ? ": nothing listens there. Start lightmill-server, or give another --server"
-         : has("DNS resolution failed") ? ": unknown host name"
-         : has("http1.x server") || has("ALPN")
-             ? ": a web server answers there. Give the port of lightmill-server's --listen, not of --http"
-         : has("No route to host") || has("Network is unreachable")
-             ? ": no route to the host"
-             : ": no coordinator answers there. Check the address and the firewall";
-}
-
 }  // namespace
 
 Coordinators::Coordinators(const std::string& addresses, CallerTexts caller)
@@ -108,7 +95,7 @@ Status Coordinators::status_of(const grpc::Status& answer, std::size_t index) co
   return answer.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED
              ? unavailable("the farm at {} has not answered in time: the request may or may not have been executed",
                            all_)
-             : unavailable("cannot reach the farm at {}{}", all_, cause_of(answer));
+             : unavailable("cannot reach the farm at {}: {}", all_, cause_of_silence(answer.error_message()));
 }
 
 }  // namespace lightmill::cli

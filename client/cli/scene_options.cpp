@@ -126,7 +126,7 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
     loaded->notices.push_back(
         "images and compressed meshes are decoded without a sandbox where the kernel refuses it (--unsandboxed-images)");
   }
-  LM_RETURN_IF_ERROR(check_images(decoder, *loaded, signals));
+  LM_RETURN_IF_ERROR(as_input_error(check_images(decoder, *loaded, signals)));
   return loaded;
 }
 

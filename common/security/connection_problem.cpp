@@ -316,4 +316,15 @@ std::optional<std::string> connection_problem(const std::string& address, const 
   return problem.refused ? refusal(texts) : problem.text;
 }
 
+std::string_view cause_of_silence(std::string_view grpc_message) {
+  const auto has = [grpc_message](std::string_view part) { return grpc_message.find(part) != grpc_message.npos; };
+  return has("Connection refused")      ? "nothing listens there. Start lightmill-server, or give another --server"
+         : has("DNS resolution failed") ? "unknown host name"
+         : has("http1.x server") || has("ALPN")
+             ? "a web server answers there. Give the port of lightmill-server's --listen, not of --http"
+         : has("No route to host") || has("Network is unreachable")
+             ? "no route to the host"
+             : "no coordinator answers there. Check the address and the firewall";
+}
+
 }  // namespace lightmill

@@ -61,15 +61,17 @@ JobFeed::~JobFeed() {
   if (has_room_) {
     tile_budget_->taken -= picture_tiles_;
   }
+  close();
+}
+
+void JobFeed::close() {
   if (sink_ != nullptr) {
     sink_->close();
   }
 }
 
 void JobFeed::watch() {
-  if (sink_ != nullptr) {
-    sink_->close();
-  }
+  close();
   sink_ = std::make_shared<Sink>(weak_from_this(), loop_, on_web_thread_);
   ended_ = false;
   with_tiles_ = picture_failure_.ok() || fits();
@@ -83,12 +85,19 @@ void JobFeed::watch() {
 
 void JobFeed::take(const WatchUpdate& update) {
   failure_ = ok_status();
+  const bool first = !known();
   owner_ = update.job.spec.owner;
   every_tile_has_samples_ = update.job.min_tile_samples > 0;
   ended_ = update.last;
   if (std::string state = job_bytes(update.job, true); state != state_) {
     state_ = std::move(state);
     ++state_version_;
+  }
+  if (first) {
+    on_change_();
+    if (sink_->closed()) {
+      return;  // nobody who watches it may see the job
+    }
   }
   const std::optional<LayerSlice> slice = slice_of_layer(update.job);
   if (slice && layer_ == kDenoisedLayer) {

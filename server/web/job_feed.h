@@ -38,6 +38,8 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
 
   /// Starts to watch, or starts again. An earlier failure stays until an update arrives.
   void watch();
+  /// Stops, because nobody watches it any more.
+  void close();
   /// Whether it or its picture failed, and another attempt may succeed.
   bool may_retry() const {
     const bool too_large = picture_failure_.code() == StatusCode::kFailedPrecondition;

@@ -201,7 +201,19 @@ std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job, const std::string& layer) {
 }
 
 void LiveHub::drop_unwatched_feeds() {
-  std::erase_if(feeds_, [](const auto& each) { return each.second.use_count() == 1; });
+  std::set<const JobFeed*> watched;
+  for (const auto& [link, viewer] : viewers_) {
+    for (const Watched& layer : viewer.layers) {
+      watched.insert(layer.feed.get());
+    }
+  }
+  std::erase_if(feeds_, [&](const auto& each) {
+    if (watched.contains(each.second.get())) {
+      return false;
+    }
+    each.second->close();
+    return true;
+  });
 }
 
 /// A missing job is retried, too: it may be submitted later.
@@ -238,8 +250,10 @@ void LiveHub::serve(ViewerLink& link, Viewer& viewer) {
   add_jobs(viewer, message);
   add_workers(viewer, message);
   if (!viewer.layers.empty()) {
-    add_job(viewer, message);
-    if (viewer.failure_sent.empty()) {
+    if (!add_job(viewer, message)) {
+      viewer.layers.clear();
+      drop_unwatched_feeds();
+    } else if (viewer.failure_sent.empty()) {
       add_layer_failures(viewer, message);
       add_tiles(viewer, now, message);
     }
@@ -292,7 +306,7 @@ void LiveHub::add_workers(Viewer& viewer, Message& message) const {
   message.any = true;
 }
 
-void LiveHub::add_job(Viewer& viewer, Message& message) const {
+bool LiveHub::add_job(Viewer& viewer, Message& message) const {
   const JobFeed& feed = *viewer.layers.front().feed;
   Status failure = feed.failure();
   if (failure.ok() && feed.known()) {
@@ -314,6 +328,7 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
     message.head.job(feed.state());
     message.any = true;
   }
+  return failure.code() != StatusCode::kPermissionDenied;
 }
 
 /// A layer that cannot be shown does not affect the job and its other layers.

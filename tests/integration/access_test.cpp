@@ -275,7 +275,8 @@ TEST(Access, AWorkerLogsEachNewReasonWhyItIsNotConnected) {
   };
   ASSERT_TRUE(said("connected to", 1)) << farm.log("worker");
   kill_at_once(farm.server());
-  EXPECT_TRUE(said(": Connection refused. The worker retries", 1)) << farm.log("worker");
+  EXPECT_TRUE(said(": nothing listens there. Start lightmill-server, or give another --server. The worker retries", 1))
+      << farm.log("worker");
   EXPECT_TRUE(said("still no connection to", 2)) << farm.log("worker");
   const KeyAndCertificate other = make_authority("Other farm", today()).value();
   const KeyAndCertificate server = issue_certificate(other, {"farm", {"127.0.0.1"}, {}}, today()).value();
@@ -284,7 +285,11 @@ TEST(Access, AWorkerLogsEachNewReasonWhyItIsNotConnected) {
   EXPECT_TRUE(said("its certificate is signed by 'Other farm', which is not the authority", 1)) << farm.log("worker");
   secure.renew_server(today());
   EXPECT_TRUE(said("connected to", 2)) << farm.log("worker");
-  EXPECT_EQ(farm.times_said("worker", ": Connection refused. The worker retries"), 1) << farm.log("worker");
+  EXPECT_EQ(
+      farm.times_said("worker",
+                      ": nothing listens there. Start lightmill-server, or give another --server. The worker retries"),
+      1)
+      << farm.log("worker");
   EXPECT_EQ(farm.times_said("worker", "signed by 'Other farm'"), 1) << farm.log("worker");
 }
 

@@ -43,11 +43,10 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Tl
                                    arguments);
 }
 
-/// The reason at the end of "failed to connect to all addresses; last error: UNKNOWN: ipv4:…: Connection refused".
-std::string without_grpc_prefix(const std::string& text) {
-  const std::size_t colon =
-      text.starts_with("failed to connect to all addresses") ? text.rfind(": ") : std::string::npos;
-  return colon == std::string::npos ? text : text.substr(colon + 2);
+/// Whether gRPC says that it has no connection, and did not lose one.
+bool is_unreachable(std::string_view grpc_message) {
+  return grpc_message.starts_with("failed to connect to all addresses") ||
+         grpc_message.starts_with("DNS resolution failed");
 }
 
 }  // namespace
@@ -227,7 +226,11 @@ std::string CoordinatorLink::explain(const std::string& server, const Status& fa
       return *std::move(problem);
     }
   }
-  return failure.message().empty() ? "it closed the stream" : without_grpc_prefix(message_of(failure));
+  const std::string message = message_of(failure);
+  if (is_unreachable(message)) {
+    return std::string(cause_of_silence(message));
+  }
+  return message.empty() ? "it closed the stream" : message;
 }
 
 void CoordinatorLink::send(std::shared_ptr<const WorkerMessage> message) {

@@ -68,6 +68,10 @@ TEST_F(CliTest, ImagesThatCannotBeReadAreNamedWithTheirPlace) {
     EXPECT_NE(result.err.find("texture.json:2:39: textures[0].file: a.png: not a readable image"), std::string::npos)
         << result.err;
   }
+  write("a.png", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n");
+  const CommandResult large = lightmill({"check", with_texture});
+  EXPECT_EQ(large.exit_code, 2) << "the farm is not full";
+  EXPECT_NE(large.err.find("texture.json:2:39: textures[0].file: a.png: "), std::string::npos) << large.err;
 }
 
 TEST_F(CliTest, CamerasAreSavedAndLoaded) {

@@ -48,7 +48,8 @@ TEST(FarmLinkTest, TheReasonOfAFailureIsInPlainWords) {
   handlers.disconnected = [&](std::uint64_t, const std::string&, const Status& status) { ended.set_value(status); };
   CoordinatorLink link({{"127.0.0.1:1"}, {}}, handlers);
   link.open();
-  EXPECT_EQ(link.explain("127.0.0.1:1", ended.get_future().get()), "Connection refused");
+  EXPECT_EQ(link.explain("127.0.0.1:1", ended.get_future().get()),
+            "nothing listens there. Start lightmill-server, or give another --server");
 }
 
 /// A worker without a token, with an enrolment file.

@@ -117,6 +117,35 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   hub->remove(second);
 }
 
+TEST_F(LiveHubTest, APageThatMayNotSeeTheJobTakesNoRoomAndNoWork) {
+  const std::vector<std::string> layers{"light:key", "light:rest"};
+  const JobId his = submit("bob", "large", 64 * 255, 64 * 128);  // nearly all of the room
+  const JobId hers = submit("ada", "small", 64 * 10, 64 * 8, layers);
+  Page page;
+  hub->add(page, call_of({"ada", {Role::submit}, Proof::certificate, 0, ""}));
+  const auto refused = [&] {
+    return std::ranges::any_of(page.messages, [](const v1::ViewUpdate& message) {
+      return message.job_failure().find("belongs to another user") != std::string::npos;
+    });
+  };
+  ask_until(refused, page, his, {});
+  ASSERT_TRUE(refused());
+  // It is told so once, and may watch another job.
+  Page second;
+  hub->add(second, call_of({"ada", {Role::submit}, Proof::certificate, 0, ""}));
+  render(hers);
+  const std::map<std::string, std::size_t> all{{"", 80}, {"light:key", 80}, {"light:rest", 80}};
+  ask_until([&] { return tiles_of(second) == all; }, second, hers, layers);
+  EXPECT_EQ(tiles_of(second), all);
+  EXPECT_EQ(failed_layers(second), 0u);
+  EXPECT_EQ(std::ranges::count_if(page.messages, [](const auto& message) { return !message.job_failure().empty(); }),
+            1);
+  ask_until([&] { return tiles_of(page)[""] == 80; }, page, hers, {});
+  EXPECT_EQ(tiles_of(page)[""], 80u);
+  hub->remove(page);
+  hub->remove(second);
+}
+
 TEST_F(LiveHubTest, ATooLargePictureIsNotShownButItsJobIs) {
   const JobId job = submit("ada", "huge", 64 * 256, 64 * 129);
   Page page;
