@@ -3,6 +3,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from . import volumes
 from .anisotropy import Direction, follows, parameters
 from .closures import ClosureReader
 from .mixtures import Closure, Mixture, diffuse, mean_weights
@@ -97,19 +98,28 @@ class MaterialMaker:
         if end is None:
             self.solid(diffuse(constant(0.0)))
             return
-        if end.inputs["Volume"].is_linked:
-            volume = end.inputs["Volume"].links[0].from_node
-            self.notices.node(volume, "left out: Lightmill has no volume shaders")
-            if not end.inputs["Surface"].is_linked:
-                self.document.update({"diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "opacity": {"value": 0}})
-                return
+        medium = volumes.read(self.reader, end.inputs["Volume"])
+        if end.inputs["Volume"].is_linked and not end.inputs["Surface"].is_linked:
+            self.document.update({"dielectric": {"ior": 1.0}, "interior": medium.document()})
+            return
         reader = ClosureReader(self.reader)
         self.fit(reader.read(end.inputs["Surface"]))
+        if not medium.is_empty():
+            self.fill(medium, end.inputs["Volume"].links[0].from_node)
         normals = [one for one in reader.normals if one.node() is not None]
         if normals:
             read_normal(self, normals, len(normals) == len(reader.normals))
         if end.inputs["Displacement"].is_linked:
             read_displacement(self, material, end.inputs["Displacement"], bool(normals))
+
+    def fill(self, medium, node):
+        """Puts a medium into glass. Behind other surfaces it is left out."""
+        if self.document.get("opacity", {}).get("value") == 0:
+            self.document = {"name": self.name, "dielectric": {"ior": 1.0}, "interior": medium.document()}
+        elif "interior" in self.document or not is_glass(self.document):
+            self.notices.node(node, "left out: its surface is no glass")
+        else:
+            self.document["interior"] = medium.document()
 
     def fit(self, surface):
         opacity, radiance, node = surface.opacity, surface.radiance, surface.node
@@ -367,6 +377,13 @@ def has_sheet(part):
     if "mixture" in part:
         return has_sheet(part["mixture"]["first"]) or has_sheet(part["mixture"]["second"])
     return any("transmittance" in part.get(kind, {}) for kind in ("diffuse", "principled"))
+
+
+def is_glass(part):
+    """Whether light enters a material of the document, or a part of it, by refraction."""
+    if "mixture" in part:
+        return is_glass(part["mixture"]["first"]) or is_glass(part["mixture"]["second"])
+    return "dielectric" in part or part.get("principled", {}).get("transmission", 0) > 0
 
 
 def surface(kind, fields, multiple):
