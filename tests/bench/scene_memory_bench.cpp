@@ -47,7 +47,8 @@ LoadedScene with_image(const std::string& file, std::string bytes, bool sky) {
   loaded.assets.emplace(digest, std::move(bytes));
   scene.materials.emplace_back().name = "grey";
   if (sky) {
-    scene.lights.push_back({"sky", EnvironmentLight{.file = file, .asset = digest, .has_image = true}});
+    scene.lights.push_back(
+        {"sky", EnvironmentLight{.orientation = {}, .file = file, .asset = digest, .has_image = true}});
   } else {
     scene.textures.push_back({"image", file, digest});
     scene.materials[0].kind = DiffuseMaterial{.reflectance = {{1, 1, 1}, 0}};

@@ -3,6 +3,7 @@ modifiers, subdivisions and visibilities of renders, not of the viewport."""
 import bpy
 
 from .bake import bake
+from .bake_world import bake_world
 from .notices import Notices
 from .scene import SceneExport
 
@@ -28,9 +29,11 @@ class ExportEngine(bpy.types.RenderEngine):
 
 
 def export(folder, texels):
-    """Exports the active scene of the open file. `texels`: side of baked images. The scene gets its settings back."""
+    """Exports the active scene of the open file. `texels`: side of baked images. The scene gets its settings back, but keeps what is
+    baked."""
     notices = Notices()
     bake(texels, notices)
+    bake_world(texels, notices)
     ExportEngine.baked = notices.texts
     scene = bpy.context.scene
     render = scene.render

@@ -46,7 +46,7 @@ def read_radiance(world, notices):
     if end is None:
         return constant(0.0), None
     if end.inputs["Volume"].is_linked:
-        notices.node(end.inputs["Volume"].links[0].from_node, "left out: Lightmill has no volume shaders")
+        notices.node(end.inputs["Volume"].links[0].from_node, "left out: an environment has no volume. A large box around the scene can have it")
     reader = ValueReader(notices)
     radiance, node = ClosureReader(reader).radiance(end.inputs["Surface"],
                                                     "left out: a world has only background and emission shaders")

@@ -7,7 +7,7 @@ import unittest
 import bpy
 import numpy as np
 
-from lightmill_export import bake
+from lightmill_export import bake, bake_world
 from lightmill_export.closures import SHADERS
 from lightmill_export.math_nodes import COMPUTED
 from lightmill_export.notices import Notices
@@ -165,3 +165,50 @@ class Baking(unittest.TestCase):
 
 if __name__ == "__main__":
     unittest.main()
+
+
+class Worlds(unittest.TestCase):
+    def setUp(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self.world = bpy.context.scene.world = bpy.data.worlds.new("sky")
+        self.world.use_nodes = True
+        self.tree = self.world.node_tree
+        self.color = self.tree.nodes["Background"].inputs["Color"]
+
+    def test_a_panorama_is_what_an_environment_texture_shows(self):
+        image = bpy.data.images.new("sky", 16, 8, float_buffer=True, is_data=True)
+        values = np.random.default_rng(3).random((8, 16, 4)).astype(np.float32)
+        image.pixels.foreach_set(values.ravel())
+        image.pack()
+        texture = self.tree.nodes.new("ShaderNodeTexEnvironment")
+        texture.image, texture.interpolation = image, "Closest"
+        self.tree.links.new(texture.outputs[0], self.color)
+        baked = bake_world.panorama(self.world, 32)
+        seen = np.empty(64 * 32 * 4, dtype=np.float32)
+        baked.pixels.foreach_get(seen)
+        centers = seen.reshape(8, 4, 16, 4, 4)[:, 1, :, 1]
+        np.testing.assert_allclose(centers[..., :3], values[..., :3], atol=1e-3)
+
+    def test_only_worlds_that_an_export_would_flatten_are_baked(self):
+        self.assertFalse(bake_world.needs_image(self.world))
+        texture = self.tree.nodes.new("ShaderNodeTexSky")
+        self.tree.links.new(texture.outputs[0], self.color)
+        self.assertTrue(bake_world.needs_image(self.world))
+        # What the camera sees may differ from what lights the scene. No image can say that.
+        path = self.tree.nodes.new("ShaderNodeLightPath")
+        self.tree.links.new(path.outputs["Is Camera Ray"], self.tree.nodes["Background"].inputs["Strength"])
+        self.assertFalse(bake_world.needs_image(self.world))
+
+    def test_a_sky_texture_becomes_an_environment_with_a_notice(self):
+        texture = self.tree.nodes.new("ShaderNodeTexSky")
+        texture.sky_type, texture.sun_disc = "NISHITA", False
+        self.tree.links.new(texture.outputs[0], self.color)
+        bpy.ops.mesh.primitive_plane_add()
+        export(FOLDER, SIZE)
+        with open(os.path.join(FOLDER, "scene.json"), encoding="utf-8") as file:
+            environment = json.load(file)["lights"][0]["environment"]
+        with open(os.path.join(FOLDER, "report.json"), encoding="utf-8") as file:
+            notices = json.load(file)["notices"]
+        self.assertTrue(environment["file"].endswith(".exr"), environment)
+        self.assertIn(f"world sky: it is baked into an image of {2 * SIZE} × {SIZE} texels", notices)
+        self.assertFalse(any("grey" in text for text in notices), notices)
