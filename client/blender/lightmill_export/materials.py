@@ -1,6 +1,7 @@
 """Materials: surfaces (see mixtures.py) as the document's materials."""
 from dataclasses import dataclass, replace
 
+import bpy
 import numpy as np
 
 from . import volumes
@@ -14,6 +15,7 @@ from .textures import Textures
 from .values import Value, ValueReader, constant, luminance
 
 MOST_PARTS = 16  # of a mixture
+ENOUGH_BOUNCES = 16  # in volumes, for nearly all light
 LEAST_GLOSS = 0.01  # roughness below which a glossy shader becomes a mirror
 SCHLICK_MEAN = 1 / 21  # mean of (1 − cos)⁵ in uniform light
 
@@ -99,6 +101,9 @@ class MaterialMaker:
             self.solid(diffuse(constant(0.0)))
             return
         medium = volumes.read(self.reader, end.inputs["Volume"])
+        bounces = bpy.context.scene.cycles.volume_bounces
+        if np.any(medium.scattering > 0) and bounces < ENOUGH_BOUNCES:
+            self.notices.here(f"left out: the limit of {bounces} bounces in volumes. Fog is brighter than in Blender")
         if end.inputs["Volume"].is_linked and not end.inputs["Surface"].is_linked:
             self.document.update({"dielectric": {"ior": 1.0}, "interior": medium.document()})
             return

@@ -7,6 +7,8 @@ import numpy as np
 
 from .values import Value, constant, equal
 
+SHINING_OPACITY = 0.1  # of flames, which let light through. The lower, the more noise
+
 
 @dataclass
 class Closure:
@@ -171,6 +173,8 @@ def add(reader, node, a, b):
         opacity = b.opacity if equal(a.opacity, one) else a.opacity
     else:
         opacity = reader.combine(lambda x, y: np.clip(x + y - 1, 0, 1), [a.opacity, b.opacity], node)
+    if opacity.is_constant() and opacity.is_black():
+        opacity = added_opacity(reader, node, a, b)
     factors = [relative(side.opacity, opacity) for side in (a, b)]
     lights = [replace(side.radiance, rgb=side.radiance.rgb * factor) for side, factor in zip((a, b), factors)]
     if lights[0].is_black() or lights[1].is_black():
@@ -178,6 +182,17 @@ def add(reader, node, a, b):
     else:
         radiance = reader.combine(lambda x, y: x + y, lights, node)
     return Surface(node, opacity, radiance, total(reader, node, a.reflection, b.reflection, factors))
+
+
+def added_opacity(reader, node, a, b):
+    """The opacity of a sum that lets all light through. What shines or reflects must have some."""
+    if not all(closure.is_black() for closure in a.reflection.leaves() + b.reflection.leaves()):
+        reader.notices.node(node, "it lets half of the light through, and all of it in Blender")
+        return constant(0.5)
+    if a.radiance.is_black() and b.radiance.is_black():
+        return constant(0.0)
+    reader.notices.node(node, f"it blocks {SHINING_OPACITY:.0%} of the light from behind, and none in Blender")
+    return constant(SHINING_OPACITY)
 
 
 def relative(opacity, whole):

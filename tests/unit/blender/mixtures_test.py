@@ -305,6 +305,23 @@ class Mixtures(unittest.TestCase):
         self.assert_weights(document, [(1, "diffuse", (0.875, 0.5, 0.625))])
         self.assert_notices()
 
+    def test_a_transparent_shader_that_shines_is_seen(self):
+        n = self.nodes
+        clear, shining = n.add("BsdfTransparent"), n.add("Emission", Color=(1, 0.5, 0), Strength=3.0)
+        for first, second in ((clear, shining), (shining, clear)):
+            document = n.export(n.sum(first, second))
+            opacity = document["opacity"]["value"]
+            np.testing.assert_allclose(np.array(document["emission"]["rgb"]) * opacity, (3, 1.5, 0))
+            self.assertLess(opacity, 0.2)
+            self.assert_notices("blocks 10% of the light from behind")
+
+    def test_a_transparent_shader_that_reflects_is_seen(self):
+        n = self.nodes
+        document = n.export(n.sum(n.add("BsdfTransparent"), n.diffuse((0.25, 0.5, 0.125))))
+        self.assertEqual(document["opacity"]["value"], 0.5)
+        np.testing.assert_allclose(document["diffuse"]["reflectance"]["rgb"], (0.5, 1, 0.25))
+        self.assert_notices("lets half of the light through")
+
     def test_a_sum_above_1_is_scaled_down(self):
         n = self.nodes
         document = n.export(n.sum(n.diffuse(RED), n.glossy()))

@@ -22,6 +22,7 @@ class Nodes:
         self.tree = self.material.node_tree
         self.tree.nodes.clear()
         self.end = self.tree.nodes.new("ShaderNodeOutputMaterial")
+        bpy.context.scene.cycles.volume_bounces = 64
 
     def add(self, kind, *linked, **inputs):
         node = self.tree.nodes.new(f"ShaderNode{kind}")
@@ -83,6 +84,12 @@ class VolumesTest(unittest.TestCase):
         self.close_to(document["interior"]["scattering"], (2, 2, 2))
         self.close_to(document["interior"]["absorption"], (1, 0.5, 0))
         self.assertAlmostEqual(document["interior"]["anisotropy"], 0.2, 6)
+
+    def test_fog_of_few_bounces_is_named(self):
+        nodes = Nodes()
+        bpy.context.scene.cycles.volume_bounces = 2
+        _, notices = nodes.export(nodes.add("VolumeScatter", Density=1))
+        self.assertEqual(notices, ["material the material: left out: the limit of 2 bounces in volumes. Fog is brighter than in Blender"])
 
     def test_what_cannot_be_said_is_named(self):
         nodes = Nodes()
