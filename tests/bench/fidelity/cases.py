@@ -6,9 +6,16 @@ FOLDER gets CASE.blend and CASE.cycles.exr of each case, or of all. Existing pic
 """
 import math
 import os
+import pathlib
 import sys
 
 import bpy
+
+sys.dont_write_bytecode = True
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[3] / "scenes" / "blender"))
+
+import kit  # noqa: E402  (the path is set above)
+from kit import NODES, gray, image, insert, light, material, mixture, shader_of, sky, textured  # noqa: E402
 
 CASES = {}
 GAP = 0.05  # below glass: of coincident faces, a renderer may hit any one
@@ -20,38 +27,6 @@ def case(make):
 
 
 # Building blocks of the cases.
-
-def material(name, kind="BSDF_DIFFUSE", **inputs):
-    """A material of one shader."""
-    made = bpy.data.materials.new(name)
-    made.use_nodes = True
-    tree = made.node_tree
-    tree.nodes.clear()
-    end = tree.nodes.new("ShaderNodeOutputMaterial")
-    shader = tree.nodes.new(NODES[kind])
-    for key, value in inputs.items():
-        if key == "distribution":
-            shader.distribution = value
-        else:
-            shader.inputs[key.replace("_", " ")].default_value = value
-    tree.links.new(shader.outputs[0], end.inputs["Surface"])
-    return made
-
-
-NODES = {"BSDF_DIFFUSE": "ShaderNodeBsdfDiffuse", "BSDF_GLOSSY": "ShaderNodeBsdfGlossy", "BSDF_GLASS": "ShaderNodeBsdfGlass",
-         "BSDF_PRINCIPLED": "ShaderNodeBsdfPrincipled", "BSDF_ANISOTROPIC": "ShaderNodeBsdfAnisotropic", "EMISSION": "ShaderNodeEmission",
-         "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent", "BSDF_TRANSLUCENT": "ShaderNodeBsdfTranslucent", "FRESNEL": "ShaderNodeFresnel",
-         "SUBSURFACE_SCATTERING": "ShaderNodeSubsurfaceScattering",
-         "LAYER_WEIGHT": "ShaderNodeLayerWeight"}
-
-
-def shader_of(made):
-    return made.node_tree.nodes["Material Output"].inputs["Surface"].links[0].from_node
-
-
-def gray(value):
-    return value, value, value, 1
-
 
 def floor(surface=None):
     bpy.ops.mesh.primitive_plane_add(size=12)
@@ -72,23 +47,6 @@ def block(surface=None, x=1.0):
     return bpy.context.object
 
 
-def light(kind, energy, location=(1.5, -2, 3), rotation=(0, 0, 0), **properties):
-    data = bpy.data.lights.new(kind.lower(), kind)
-    data.energy = energy
-    for key, value in properties.items():
-        setattr(data, key, value)
-    made = bpy.data.objects.new(kind.lower(), data)
-    made.location, made.rotation_euler = location, rotation
-    bpy.context.scene.collection.objects.link(made)
-    return made
-
-
-def sky(strength, color=(1, 1, 1, 1)):
-    background = bpy.context.scene.world.node_tree.nodes["Background"]
-    background.inputs["Color"].default_value, background.inputs["Strength"].default_value = color, strength
-    return background
-
-
 def things(**surfaces):
     floor(surfaces.get("floor"))
     ball(surfaces.get("ball"))
@@ -102,67 +60,6 @@ def under_the_sky(lifted=0.0, **surfaces):
             item.location.z += lifted
     sky(0.6)
     light("SUN", 2, rotation=(0.7, 0.2, 0), angle=0.3)
-
-
-def image(name, size=64, value=lambda x, y: (x, y, 0.3, 1), data=False, float_buffer=False):
-    made = bpy.data.images.new(name, size, size, alpha=True, float_buffer=float_buffer, is_data=data)
-    made.pixels.foreach_set([c for y in range(size) for x in range(size) for c in value((x + 0.5) / size, (y + 0.5) / size)])
-    made.pack()
-    return made
-
-
-def textured(made, picture, socket, coordinates=None, mapping=None, output="Color"):
-    """Links an image to an input of the material's shader."""
-    tree = made.node_tree
-    node = tree.nodes.new("ShaderNodeTexImage")
-    node.image = picture
-    if coordinates is not None:
-        source = tree.nodes.new("ShaderNodeTexCoord").outputs[coordinates]
-        if mapping is not None:
-            move = tree.nodes.new("ShaderNodeMapping")
-            for key, value in mapping.items():
-                move.inputs[key].default_value = value
-            tree.links.new(source, move.inputs["Vector"])
-            source = move.outputs[0]
-        tree.links.new(source, node.inputs["Vector"])
-    tree.links.new(node.outputs[output], socket)
-    return node
-
-
-def insert(made, kind, socket, source=None, **inputs):
-    """A node between a source and an input."""
-    node = made.node_tree.nodes.new(kind)
-    for key, value in inputs.items():
-        node.inputs[key].default_value = value
-    made.node_tree.links.new(node.outputs[0], socket)
-    return node
-
-
-def mixture(name, *tree):
-    """A material that is a mixture."""
-    made = material(name)
-    add_shader(made, made.node_tree.nodes["Material Output"].inputs["Surface"], tree)
-    return made
-
-
-def add_shader(made, socket, tree):
-    """Adds a shader (kind, inputs), or a mixture (first, second, share) of shaders or mixtures. The share is a number, an image
-    or a node (kind, inputs). Without it both are added."""
-    first, second, *share = tree
-    if isinstance(first, str):
-        node = insert(made, NODES[first], socket)
-        for key, value in second.items():
-            node.inputs[key].default_value = value
-        return
-    mix = insert(made, "ShaderNodeMixShader" if share else "ShaderNodeAddShader", socket)
-    if share and isinstance(share[0], bpy.types.Image):
-        textured(made, share[0], mix.inputs[0], "UV")
-    elif share and isinstance(share[0], tuple):
-        insert(made, NODES[share[0][0]], mix.inputs[0], **share[0][1])
-    elif share:
-        mix.inputs[0].default_value = share[0]
-    for one, part in zip(mix.inputs[-2:], (first, second)):
-        add_shader(made, one, part)
 
 
 # Lights.
@@ -287,6 +184,47 @@ def world_image_turned():
 
 
 # Cameras.
+
+@case
+def world_image_tilted():
+    things()
+    tree, node = world_picture()
+    move, source = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexCoord")
+    move.inputs["Rotation"].default_value = (0.7, -0.4, 1.2)
+    tree.links.new(source.outputs["Generated"], move.inputs["Vector"])
+    tree.links.new(move.outputs[0], node.inputs["Vector"])
+
+
+@case
+def sky_texture():
+    things()
+    tree = bpy.context.scene.world.node_tree
+    node = tree.nodes.new("ShaderNodeTexSky")
+    node.sky_type, node.sun_elevation, node.sun_rotation = "NISHITA", 0.5, 0.8
+    tree.links.new(node.outputs[0], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 0.05
+
+
+@case
+def absorbing_glass():
+    """A volume in glass."""
+    glass = material("glass", "BSDF_GLASS", Color=gray(1), Roughness=0, IOR=1.45)
+    insert(glass, "ShaderNodeVolumeAbsorption", glass.node_tree.nodes["Material Output"].inputs["Volume"], Color=(0.2, 0.6, 0.9, 1), Density=1)
+    under_the_sky(GAP, ball=glass, block=glass)
+
+
+@case
+def fog():
+    """A cube of fog around the objects."""
+    under_the_sky()
+    bpy.ops.mesh.primitive_cube_add(size=5, location=(0, 0, 2.4))
+    air = bpy.data.materials.new("air")
+    air.use_nodes = True
+    air.node_tree.nodes.clear()
+    end = air.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    insert(air, "ShaderNodeVolumeScatter", end.inputs["Volume"], Color=(0.9, 0.95, 1, 1), Density=0.25, Anisotropy=0.4)
+    bpy.context.object.data.materials.append(air)
+
 
 @case
 def depth_of_field():
@@ -794,17 +732,10 @@ def procedural_mix():
 
 def begin():
     """An empty scene that has a camera and a black world."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    scene.world = bpy.data.worlds.new("world")
-    scene.world.use_nodes = True
-    sky(0.0)
-    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.location, camera.rotation_euler, camera.data.lens = (0, -6, 2.6), (math.radians(69), 0, 0), 42
-    scene.collection.objects.link(camera)
-    scene.camera = camera
+    scene = kit.begin()
+    scene.camera = kit.place(bpy.data.objects.new("camera", bpy.data.cameras.new("camera")))
+    scene.camera.location, scene.camera.rotation_euler, scene.camera.data.lens = (0, -6, 2.6), (math.radians(69), 0, 0), 42
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 96, 64, 100
-    scene.view_settings.view_transform = "Standard"
     return scene
 
 
@@ -814,7 +745,7 @@ def render(scene, path, samples):
     cycles = scene.cycles
     cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
-    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 64
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = cycles.volume_bounces = 64
     cycles.transparent_max_bounces = 64
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
     scene.render.filepath = path

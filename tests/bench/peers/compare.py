@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """CPU and wall seconds that Blender's Cycles and Lightmill need to reach an error, on the same scene.
 
-  tests/bench/peers/compare.py SCENE.json -o FOLDER --reference REFERENCE.exr [--method M] [--samples 16,64,256] ...
+  tests/bench/peers/compare.py SCENE -o FOLDER --reference REFERENCE.exr [--method M] [--samples 16,64,256] ...
 
-Renders the scene with both at several sample counts and seeds, compares all pictures with the reference
-(`lightmill error`), and writes FOLDER/results.csv, FOLDER/summary.txt and FOLDER/lab/report.html. Needs Blender. The time of
-Cycles is that of the render call in a running Blender with the loaded scene. That of Lightmill is from submission until the job
-is done, of coordinator, worker and submitting client of a running farm.
+SCENE is the document of a Cornell box, or a Blender file. Both render it at several sample counts and seeds. All pictures are compared
+with the reference (`lightmill error`). FOLDER gets results.csv, summary.txt and lab/report.html. Needs Blender. The time of Cycles is that
+of the render call in a running Blender with the loaded scene. That of Lightmill is from submission until the job is done, of coordinator,
+worker and submitting client of a running farm.
 """
 import argparse
 import csv
@@ -14,6 +14,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import statistics
 import subprocess
 import sys
@@ -40,10 +41,28 @@ def options():
     return parser.parse_args()
 
 
+def blender_command(file, script, *arguments):
+    """The command that runs a script in Blender, with an open file or without. Blender's Python would take the modules of another Python
+    that it finds first in PATH."""
+    blender = shutil.which(os.environ.get("LIGHTMILL_BLENDER", "blender"))
+    if blender is None:
+        sys.exit("needs Blender: deploy/setup --blender installs it")
+    return ["/usr/bin/env", f"PATH={os.defpath}", blender, "--background", "--factory-startup", "--disable-autoexec", *file,
+            "--python-exit-code", "3", "--python", str(script), "--", *map(str, arguments)]
+
+
+def document_of(args):
+    """The scene as a document. A Blender file is exported, as the command line does it."""
+    if args.scene.suffix != ".blend":
+        return args.scene
+    script = pathlib.Path(__file__).resolve().parents[3] / "client/blender/run.py"
+    subprocess.run(blender_command([str(args.scene)], script, args.folder / "export", 1024), check=True, stdout=subprocess.DEVNULL)
+    return args.folder / "export/scene.json"
+
+
 def run_cycles(args):
-    command = [os.environ.get("LIGHTMILL_BLENDER", "blender"), "--background", "--factory-startup", "--python-exit-code", "3",
-               "--python", str(pathlib.Path(__file__).with_name("cycles_render.py")), "--", str(args.scene), str(args.folder),
-               str(args.threads), ",".join(map(str, args.cycles_samples)), ",".join(map(str, args.seeds))]
+    command = blender_command([], pathlib.Path(__file__).with_name("cycles_render.py"), args.scene, args.folder, args.threads,
+                              ",".join(map(str, args.cycles_samples)), ",".join(map(str, args.seeds)))
     log = []
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as blender:
         for line in blender.stdout:
@@ -57,13 +76,13 @@ def run_cycles(args):
         sys.exit("Blender failed:\n" + "".join(log))
 
 
-def run_lightmill(args):
+def run_lightmill(args, document):
     with farm(args.folder, args.threads) as own:
         common = ["--method", args.method]
-        own.render(args.scene, *common, "--spp", 1, "--seed", 999)  # loads the scene
+        own.render(document, *common, "--spp", 1, "--seed", 999)  # loads the scene
         for samples in args.samples:
             for seed in args.seeds:
-                job, cpu, wall = own.render(args.scene, *common, "--spp", samples, "--seed", seed)
+                job, cpu, wall = own.render(document, *common, "--spp", samples, "--seed", seed)
                 picture = args.folder / f"lightmill-{samples}-{seed}.exr"
                 own.fetch(job, picture)
                 print(f"Lightmill {samples} samples, seed {seed}: {cpu:.2f} CPU s", file=sys.stderr)
@@ -120,7 +139,7 @@ def summarise(results, args):
                f"relMSE {statistics.median(r['rel_mse'] for r in last):.3g}")
 
 
-def write_page(results, args):
+def write_page(results, args, document):
     """The curves of both, by CPU seconds, as `lightmill lab` draws them."""
     name = args.scene.stem
     names = {"lightmill": f"Lightmill {args.method}", "cycles": "Cycles"}
@@ -130,7 +149,7 @@ def write_page(results, args):
                     "seconds": run["cpu"], "wall": run["wall"], "picture": run["picture"]}
             file.write(json.dumps(line) + "\n")
     experiment = {"title": f"{name}: Lightmill and Cycles, CPU seconds", "others": "pictures.jsonl",
-                  "scenes": [{"name": name, "file": str(args.scene)}], "reference": str(args.reference.resolve())}
+                  "scenes": [{"name": name, "file": str(document)}], "reference": str(args.reference.resolve())}
     (args.folder / "experiment.json").write_text(json.dumps(experiment))
     lightmill("lab", args.folder / "experiment.json", "-o", args.folder / "lab")
 
@@ -139,14 +158,15 @@ def main():
     args = options()
     args.folder.mkdir(parents=True, exist_ok=True)
     args.folder, args.scene = args.folder.resolve(), args.scene.resolve()
+    document = document_of(args)
     results = []
-    for renderer, runs in (("lightmill", run_lightmill(args)), ("cycles", run_cycles(args))):
+    for renderer, runs in (("lightmill", run_lightmill(args, document)), ("cycles", run_cycles(args))):
         results += [{"renderer": renderer} | judge(run, args.reference) for run in runs]
     with open(args.folder / "results.csv", "w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, fieldnames=results[0].keys(), extrasaction="ignore")
         table.writeheader()
         table.writerows(results)
-    write_page(results, args)
+    write_page(results, args, document)
     summary = "\n".join(summarise(results, args)) + "\n"
     (args.folder / "summary.txt").write_text(summary)
     print(summary, end="")

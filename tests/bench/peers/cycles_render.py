@@ -1,9 +1,10 @@
-"""Runs in Blender. Builds one of the Cornell boxes and renders it with Cycles, at several sample counts and seeds.
+"""Runs in Blender. Renders a scene with Cycles at several sample counts and seeds.
 
-  blender --background --factory-startup --python cycles_render.py -- SCENE.json FOLDER THREADS SAMPLES,SAMPLES,... SEED,SEED,...
+  blender --background --factory-startup --python cycles_render.py -- SCENE FOLDER THREADS SAMPLES,SAMPLES,... SEED,SEED,...
 
-Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call alone. Supports OBJ
-meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, and emission on the front only."""
+Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call alone. SCENE is a Blender
+file, or the document of a Cornell box: OBJ meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, and emission on the front
+only."""
 import json
 import math
 import os
@@ -15,10 +16,6 @@ import bpy
 from mathutils import Matrix, Vector
 
 source, folder, threads, sample_counts, seeds = sys.argv[sys.argv.index("--") + 1:]
-with open(source, encoding="utf-8") as file:
-    document = json.load(file)
-bpy.ops.wm.read_factory_settings(use_empty=True)
-scene = bpy.context.scene
 
 
 def shader_of(tree, material):
@@ -96,60 +93,81 @@ def read_obj(path, materials):
     return vertices, faces, used
 
 
-materials = {material["name"]: material for material in document["materials"]}
-made = {}
+class Materials:
+    def __init__(self, document):
+        self.documents = {material["name"]: material for material in document["materials"]}
+        self.made = {}
+
+    def named(self, name):
+        if name not in self.made:
+            self.made[name] = make_material(self.documents[name])
+        return self.made[name]
 
 
-def material_of(name):
-    if name not in made:
-        made[name] = make_material(materials[name])
-    return made[name]
+def add_objects(scene, document):
+    materials = Materials(document)
+    for thing in document["objects"]:
+        if "sphere" in thing:
+            sphere = thing["sphere"]
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=512, ring_count=256, radius=sphere["radius"],
+                                                 location=sphere["center"])
+            bpy.ops.object.shade_smooth()
+            bpy.context.object.data.materials.append(materials.named(thing["material"]))
+            continue
+        vertices, faces, used = read_obj(os.path.join(os.path.dirname(source), thing["mesh"]["file"]), materials.documents)
+        mesh = bpy.data.meshes.new(thing["name"])
+        mesh.from_pydata(vertices, [], faces)
+        slots = sorted(set(used))
+        for name in slots:
+            mesh.materials.append(materials.named(thing.get("material", name)))
+        for polygon, name in zip(mesh.polygons, used):
+            polygon.material_index = slots.index(name)
+        scene.collection.objects.link(bpy.data.objects.new(thing["name"], mesh))
 
 
-for thing in document["objects"]:
-    if "sphere" in thing:
-        sphere = thing["sphere"]
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=512, ring_count=256, radius=sphere["radius"],
-                                             location=sphere["center"])
-        bpy.ops.object.shade_smooth()
-        bpy.context.object.data.materials.append(material_of(thing["material"]))
-        continue
-    vertices, faces, used = read_obj(os.path.join(os.path.dirname(source), thing["mesh"]["file"]), materials)
-    mesh = bpy.data.meshes.new(thing["name"])
-    mesh.from_pydata(vertices, [], faces)
-    slots = sorted(set(used))
-    for name in slots:
-        mesh.materials.append(material_of(thing.get("material", name)))
-    for polygon, name in zip(mesh.polygons, used):
-        polygon.material_index = slots.index(name)
-    scene.collection.objects.link(bpy.data.objects.new(thing["name"], mesh))
+def add_camera(scene, view):
+    eye = Vector(view["eye"])
+    forward = (Vector(view["look_at"]) - eye).normalized()
+    right = forward.cross(Vector(view["up"])).normalized()
+    up = right.cross(forward)
+    camera = bpy.data.cameras.new("camera")
+    camera.sensor_fit = "VERTICAL"
+    camera.angle = math.radians(view["vertical_fov_degrees"])
+    camera.clip_start, camera.clip_end = 1e-3, 1e6
+    viewer = bpy.data.objects.new("camera", camera)
+    viewer.matrix_world = Matrix.Translation(eye) @ Matrix((right, up, -forward)).transposed().to_4x4()
+    scene.collection.objects.link(viewer)
+    scene.camera = viewer
 
-view = document["camera"]
-eye = Vector(view["eye"])
-forward = (Vector(view["look_at"]) - eye).normalized()
-right = forward.cross(Vector(view["up"])).normalized()
-up = right.cross(forward)
-camera = bpy.data.cameras.new("camera")
-camera.sensor_fit = "VERTICAL"
-camera.angle = math.radians(view["vertical_fov_degrees"])
-camera.clip_start, camera.clip_end = 1e-3, 1e6
-viewer = bpy.data.objects.new("camera", camera)
-viewer.matrix_world = Matrix.Translation(eye) @ Matrix((right, up, -forward)).transposed().to_4x4()
-scene.collection.objects.link(viewer)
-scene.camera = viewer
 
-render, cycles = scene.render, scene.cycles
+def build_box(path):
+    """The box of a document, as Lightmill renders it."""
+    with open(path, encoding="utf-8") as file:
+        document = json.load(file)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.world = bpy.data.worlds.new("black")
+    scene.world.color = (0, 0, 0)
+    add_objects(scene, document)
+    add_camera(scene, document["camera"])
+    scene.render.resolution_x, scene.render.resolution_y = document["film"]["width"], document["film"]["height"]
+    scene.cycles.pixel_filter_type = "BOX"  # one pixel wide, as in the boxes
+
+
+if source.endswith(".blend"):
+    bpy.ops.wm.open_mainfile(filepath=source, use_scripts=False)
+else:
+    build_box(source)
+render, cycles = bpy.context.scene.render, bpy.context.scene.cycles
 render.engine = "CYCLES"
-render.resolution_x, render.resolution_y = document["film"]["width"], document["film"]["height"]
+render.use_border = render.use_sequencer = bpy.context.scene.use_nodes = False
 render.resolution_percentage = 100
 render.threads_mode, render.threads = "FIXED", int(threads)
 render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
 cycles.use_adaptive_sampling = cycles.use_denoising = False
 cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0
-cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 1024
-cycles.pixel_filter_type = "BOX"  # one pixel wide, as in the boxes
-scene.world = bpy.data.worlds.new("black")
-scene.world.color = (0, 0, 0)
+cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = cycles.volume_bounces = 1024
+cycles.transparent_max_bounces = 1024
 
 
 def cpu_seconds():
