@@ -1,7 +1,7 @@
 // Lights of a pbrt scene.
 #pragma once
 
-#include "common/scene_io/notices.h"
+#include "common/scene_io/load.h"
 #include "common/scene_io/pbrt/pbrt_spectra.h"
 
 namespace lightmill {
