@@ -17,6 +17,7 @@ def begin():
     scene.world.use_nodes = True
     sky(0.0)
     scene.view_settings.view_transform = "Standard"
+    scene.cycles.volume_bounces = 64  # the default, 0, shows light that fog scatters once
     return scene
 
 

@@ -5,6 +5,7 @@
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
 #include "server/api/worker_streams.h"
+#include "server/listen/unread_bytes.h"
 #include "server/runtime/action_records.h"
 
 namespace lightmill {
