@@ -62,7 +62,7 @@ def absorbing(made, density, color):
 
 
 def ice_cubes(location, ice):
-    """Three cubes, two of which float above the third."""
+    """Three cubes. Two float above the third."""
     random = numpy.random.default_rng(4)
     for at, turn in (((-0.0143, 0.001, 0.066), (0.12, -0.1, 0.15)), ((0.015, -0.002, 0.07), (-0.15, 0.08, -0.1)),
                      ((0.001, 0.001, 0.03), (0.1, 0.05, 0.9))):

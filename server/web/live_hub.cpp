@@ -211,7 +211,7 @@ void LiveHub::drop_unwatched_feeds() {
     if (watched.contains(each.second.get())) {
       return false;
     }
-    each.second->close();
+    each.second->close();  // a function on this thread may still hold it
     return true;
   });
 }

@@ -96,7 +96,7 @@ class LiveHub {
   void serve(ViewerLink& link, Viewer& viewer);
   void add_jobs(Viewer& viewer, Message& message) const;
   void add_workers(Viewer& viewer, Message& message) const;
-  /// Whether the viewer may see the job.
+  /// Adds the job's state, or why it is not shown. Returns whether the viewer may see it.
   bool add_job(Viewer& viewer, Message& message) const;
   void add_layer_failures(Viewer& viewer, Message& message) const;
   void add_tiles(Viewer& viewer, Time now, Message& message) const;

@@ -319,7 +319,7 @@ Status PbrtWorld::set_priorities() {
 }
 
 /// A scene can have only one environment. Those of one colour add up.
-Status PbrtWorld::merge_skies() {
+Status PbrtWorld::merge_skies(const SourcePlace& place_of_scene) {
   std::vector<Light> lights;
   EnvironmentLight* sky = nullptr;
   lights.reserve(loaded_.scene.lights.size());
@@ -327,8 +327,8 @@ Status PbrtWorld::merge_skies() {
     const auto* next = std::get_if<EnvironmentLight>(&light.kind);
     if (next != nullptr && sky != nullptr) {
       if (next->has_image || sky->has_image) {
-        return invalid_argument("the light \"{}\": an infinite light with an image must be the only infinite one",
-                                light.name);
+        return place_of_scene.error(
+            "the light \"{}\": a scene whose infinite light has an image can have no other infinite light", light.name);
       }
       sky->radiance = {sky->radiance.r + next->radiance.r, sky->radiance.g + next->radiance.g,
                        sky->radiance.b + next->radiance.b};
@@ -366,7 +366,7 @@ Result<LoadedScene> PbrtWorld::finish(const SourcePlace& place_of_scene) {
   if (loaded_.scene.objects.empty()) {
     return place_of_scene.error("the scene has no shapes");
   }
-  LM_RETURN_IF_ERROR(merge_skies());
+  LM_RETURN_IF_ERROR(merge_skies(place_of_scene));
   return std::move(loaded_);
 }
 

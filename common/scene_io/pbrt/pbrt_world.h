@@ -84,7 +84,7 @@ class PbrtWorld {
   Result<Material> material_of(const Use& use);
   /// Where media are within each other, the inner one applies.
   Status set_priorities();
-  Status merge_skies();
+  Status merge_skies(const SourcePlace& place_of_scene);
 
   FileSource files_;
   LoadedScene loaded_;

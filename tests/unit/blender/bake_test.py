@@ -163,10 +163,6 @@ class Baking(unittest.TestCase):
         self.assertGreaterEqual(good, 0.8 * count, left)
 
 
-if __name__ == "__main__":
-    unittest.main()
-
-
 class Worlds(unittest.TestCase):
     def setUp(self):
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -212,3 +208,7 @@ class Worlds(unittest.TestCase):
         self.assertTrue(environment["file"].endswith(".exr"), environment)
         self.assertIn(f"world sky: it is baked into an image of {2 * SIZE} × {SIZE} texels", notices)
         self.assertFalse(any("grey" in text for text in notices), notices)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -6,11 +6,9 @@ import unittest
 import bpy
 import numpy as np
 
-from lightmill_export.images import ImageFiles
-from lightmill_export.materials import MaterialMaker
+from material_nodes import MaterialNodes
 from lightmill_export.notices import Notices
 from lightmill_export.principled import partly
-from lightmill_export.textures import Textures
 from lightmill_export.values import ValueReader, constant
 
 FOLDER = tempfile.mkdtemp(prefix="lightmill-mixtures-")
@@ -19,30 +17,8 @@ SUBSURFACE = "Subsurface" if OLD else "Subsurface_Weight"
 RED, BLUE, WHITE = (0.75, 0.25, 0.125), (0.125, 0.25, 0.5), (1, 1, 1)
 
 
-class Nodes:
-    """Shader nodes of a material. Each method returns an output."""
-
-    def __init__(self):
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        self.material = bpy.data.materials.new("the material")
-        self.material.use_nodes = True
-        self.tree = self.material.node_tree
-        self.tree.nodes.clear()
-        self.end = self.tree.nodes.new("ShaderNodeOutputMaterial")
-
-    def add(self, kind, *linked, **inputs):
-        """A node with the inputs by name. `linked` are outputs for its first inputs that are shaders."""
-        node = self.tree.nodes.new(f"ShaderNode{kind}")
-        sockets = iter([one for one in node.inputs if one.type == "SHADER"])
-        for output in linked:
-            self.tree.links.new(output, next(sockets))
-        for name, value in inputs.items():
-            socket = node.inputs[name.replace("_", " ")]
-            if isinstance(value, bpy.types.NodeSocket):
-                self.tree.links.new(value, socket)
-            else:
-                socket.default_value = (*value, 1) if isinstance(value, tuple) else value
-        return node.outputs[0]
+class Nodes(MaterialNodes):
+    """Each method returns an output."""
 
     def mix(self, first, second, factor):
         return self.add("MixShader", first, second, Fac=factor)
@@ -81,12 +57,7 @@ class Nodes:
 
     def export(self, output):
         self.tree.links.new(output, self.end.inputs["Surface"])
-        self.notices = Notices()
-        self.notices.about = "material the material"
-        textures = Textures(ImageFiles(FOLDER), self.notices)
-        self.made = MaterialMaker("the material", textures, self.notices).make(self.material)
-        self.textures = {one["name"]: one["file"] for one in textures.documents}
-        return self.made.document
+        return self.document(FOLDER)
 
     def texels(self, texture):
         """The row of a texture: its first channel."""

@@ -29,7 +29,6 @@ def main():
         for scene in scenes:
             said = json.loads(subprocess.run([programs / "lightmill", "check", "--json", scene], check=True, stdout=subprocess.PIPE).stdout)
             wrong += [f"{scene.stem}: {text}" for text in said["notices"] if not any(part in text for part in KNOWN)]
-            wrong += [f"{scene.stem}: it has no light"] * (said["lights"] == {})
             scene.unlink()
     print(f"{len(scenes)} scenes", *wrong, sep="\n")
     sys.exit(1 if wrong or not scenes else 0)

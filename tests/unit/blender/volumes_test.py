@@ -4,43 +4,22 @@ import unittest
 
 import bpy
 
-from lightmill_export.images import ImageFiles
-from lightmill_export.materials import MaterialMaker
-from lightmill_export.notices import Notices
-from lightmill_export.textures import Textures
+from material_nodes import MaterialNodes
 
 FOLDER = tempfile.mkdtemp(prefix="lightmill-volumes-")
 
 
-class Nodes:
-    """Shader nodes of a material. `add` returns an output."""
-
+class Nodes(MaterialNodes):
     def __init__(self):
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        self.material = bpy.data.materials.new("the material")
-        self.material.use_nodes = True
-        self.tree = self.material.node_tree
-        self.tree.nodes.clear()
-        self.end = self.tree.nodes.new("ShaderNodeOutputMaterial")
+        super().__init__()
         bpy.context.scene.cycles.volume_bounces = 64
 
-    def add(self, kind, *linked, **inputs):
-        node = self.tree.nodes.new(f"ShaderNode{kind}")
-        sockets = iter([one for one in node.inputs if one.type == "SHADER"])
-        for output in linked:
-            self.tree.links.new(output, next(sockets))
-        for name, value in inputs.items():
-            node.inputs[name.replace("_", " ")].default_value = (*value, 1) if isinstance(value, tuple) else value
-        return node.outputs[0]
-
     def export(self, volume, surface=None):
+        """The document and the notices."""
         self.tree.links.new(volume, self.end.inputs["Volume"])
         if surface is not None:
             self.tree.links.new(surface, self.end.inputs["Surface"])
-        notices = Notices()
-        notices.about = "material the material"
-        made = MaterialMaker("the material", Textures(ImageFiles(FOLDER), notices), notices).make(self.material)
-        return made.document, notices.texts
+        return self.document(FOLDER), self.notices.texts
 
 
 class VolumesTest(unittest.TestCase):

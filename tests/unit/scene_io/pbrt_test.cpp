@@ -207,8 +207,9 @@ TEST(PbrtLights, ImagesOfInfiniteLightsAreTurnedSquaresOfEqualAreas) {
   EXPECT_EQ(pbrt_error("Scale 1 2 1 " + sky, files),
             "a.pbrt:3: LightSource infinite: string filename: the image is scaled along its axes. Only a turned or "
             "mirrored one can be rendered");
-  EXPECT_EQ(pbrt_error("LightSource \"infinite\" " + sky, files),
-            "the light \"infinite of line 3\": an infinite light with an image must be the only infinite one");
+  EXPECT_EQ(
+      pbrt_error("LightSource \"infinite\" " + sky, files),
+      "a.pbrt:1: the light \"infinite of line 3\": a scene whose infinite light has an image can have no other infinite light");
 }
 
 TEST(PbrtLights, UnsupportedLightsAreErrors) {
