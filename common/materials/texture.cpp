@@ -27,11 +27,16 @@ F8 wrapped(F8 coordinate, TextureWrap wrap) {
 }
 
 /// For indices from −1 to `size`. The mirrored neighbour of a border texel is itself.
-U8 wrapped_index(U8 index, std::uint32_t size, TextureWrap wrap) {
+U8 wrapped_index(U8 index, U8 size, TextureWrap wrap) {
   const M8 below = signed_less(index, U8(0u));
-  const M8 above = ~signed_less(index, U8(size));
+  const M8 above = ~signed_less(index, size);
+  const U8 zero(0u), last = size - U8(1u);
   const bool repeat = wrap == TextureWrap::repeat;
-  return select(below, U8(repeat ? size - 1 : 0), select(above, U8(repeat ? 0 : size - 1), index));
+  return select(below, repeat ? last : zero, select(above, repeat ? zero : last, index));
+}
+
+Texture::Rgba8 select(M8 mask, const Texture::Rgba8& yes, const Texture::Rgba8& no) {
+  return {select(mask, yes.rgb, no.rgb), select(mask, yes.alpha, no.alpha)};
 }
 
 }  // namespace
@@ -63,23 +68,25 @@ Texels decode_floats(const Texels& texels) {
 Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& settings)
     : texels_(std::move(texels)), settings_(settings) {
   LM_CHECK(texels_->width > 0 && texels_->height > 0);
+  const auto& [by_u, by_v] = settings_.matrix;
+  const double area = static_cast<double>(by_u[0]) * by_v[1] - static_cast<double>(by_u[1]) * by_v[0];
+  texels_per_unit_ = static_cast<float>(std::sqrt(std::abs(area) * texels_->width * texels_->height));
   for (int i = 0; i < 256; ++i) {
     const double value = i / 255.0;
     decoded_[static_cast<std::size_t>(i)] = static_cast<float>(settings_.decode ? srgb_decode_fixed(value) : value);
   }
 }
 
-Texture::Rgba8 Texture::texel(U8 x, U8 y, M8 lanes) const {
-  const U8 index = y * U8(static_cast<std::uint32_t>(texels_->width)) + x;
-  if (!texels_->bytes.empty()) {
-    const U8 packed = gather(texels_->bytes.data(), index, lanes);
+Texture::Rgba8 Texture::texel(const Texels& texels, U8 index, M8 lanes) const {
+  if (!texels.bytes.empty()) {
+    const U8 packed = gather(texels.bytes.data(), index, lanes);
     const U8 low(0xffu);
     return {{gather(decoded_.data(), packed & low, lanes), gather(decoded_.data(), (packed >> 8) & low, lanes),
              gather(decoded_.data(), (packed >> 16) & low, lanes)},
             to_float(packed >> 24) * F8(1.0f / 255)};
   }
   const U8 first = index << 2;
-  const float* base = texels_->floats.data();
+  const float* base = texels.floats.data();
   return {{gather(base, first, lanes), gather(base + 1, first, lanes), gather(base + 2, first, lanes)},
           gather(base + 3, first, lanes)};
 }
@@ -92,9 +99,22 @@ std::pair<F8, F8> Texture::mapped(F8 u, F8 v) const {
   return {along(0), along(1)};
 }
 
-Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
+Texture::Rgba8 Texture::lookup(F8 u, F8 v, F8 footprint, M8 lanes) const {
   std::tie(u, v) = mapped(u, v);
-  return settings_.filter == TextureFilter::nearest ? nearest(u, v, lanes) : bilinear(u, v, lanes);
+  if (settings_.filter == TextureFilter::nearest) {
+    return nearest(u, v, lanes);
+  }
+  const F8 texels = footprint * F8(texels_per_unit_);
+  const M8 many = pyramid_ != nullptr ? lanes & (texels >= F8(2.0f)) : M8();
+  if (many.none()) {
+    return bilinear(u, v, lanes);
+  }
+  constexpr std::uint32_t kExponentOfOne = 127;
+  const U8 level = (float_bits(texels) >> 23) - U8(kExponentOfOne), last(pyramid_->levels());
+  const TexturePyramid::Level8 chosen = pyramid_->at(select(signed_less(last, level), last, level), many);
+  const Rgba8 mean = bilinear(pyramid_->texels(), chosen, u, v, many);
+  const M8 few = and_not(lanes, many);
+  return few.none() ? mean : select(many, mean, bilinear(u, v, few));
 }
 
 /// u = 1 belongs to the last column, v = 1 to the top row, v = 0 to the bottom row.
@@ -105,25 +125,30 @@ Texture::Rgba8 Texture::nearest(F8 u, F8 v, M8 lanes) const {
   const F8 y = wrapped(v, settings_.wrap[1]) * F8(static_cast<float>(height));
   const F8 column = min(floor(x), F8(static_cast<float>(width - 1)));
   const F8 from_below = min(floor(y), F8(static_cast<float>(height - 1)));
-  return texel(truncate(column), U8(height - 1) - truncate(from_below), lanes);
+  return texel(*texels_, (U8(height - 1) - truncate(from_below)) * U8(width) + truncate(column), lanes);
 }
 
 Texture::Rgba8 Texture::bilinear(F8 u, F8 v, M8 lanes) const {
-  const auto width = static_cast<std::uint32_t>(texels_->width);
-  const auto height = static_cast<std::uint32_t>(texels_->height);
+  const U8 width(static_cast<std::uint32_t>(texels_->width)), height(static_cast<std::uint32_t>(texels_->height));
+  return bilinear(*texels_, {width, height, U8(0u)}, u, v, lanes);
+}
+
+Texture::Rgba8 Texture::bilinear(const Texels& texels, const TexturePyramid::Level8& level, F8 u, F8 v,
+                                 M8 lanes) const {
   const auto [wrap_u, wrap_v] = settings_.wrap;
-  const F8 x = wrapped(u, wrap_u) * F8(static_cast<float>(width));
-  const F8 y = (F8(1.0f) - wrapped(v, wrap_v)) * F8(static_cast<float>(height));
+  const F8 x = wrapped(u, wrap_u) * to_float(level.width);
+  const F8 y = (F8(1.0f) - wrapped(v, wrap_v)) * to_float(level.height);
   const F8 left = floor(x - F8(0.5f)), top = floor(y - F8(0.5f));
   const F8 fx = x - F8(0.5f) - left, fy = y - F8(0.5f) - top;
-  const U8 x0 = wrapped_index(truncate(left), width, wrap_u), y0 = wrapped_index(truncate(top), height, wrap_v);
-  const U8 x1 = wrapped_index(truncate(left) + U8(1u), width, wrap_u);
-  const U8 y1 = wrapped_index(truncate(top) + U8(1u), height, wrap_v);
+  const U8 x0 = wrapped_index(truncate(left), level.width, wrap_u);
+  const U8 x1 = wrapped_index(truncate(left) + U8(1u), level.width, wrap_u);
+  const U8 y0 = wrapped_index(truncate(top), level.height, wrap_v) * level.width + level.first;
+  const U8 y1 = wrapped_index(truncate(top) + U8(1u), level.height, wrap_v) * level.width + level.first;
+  const auto at = [&](U8 index) { return texel(texels, index, lanes); };
   const auto mix = [&](const Rgba8& a, const Rgba8& b, F8 t) {
     return Rgba8{a.rgb * (F8(1.0f) - t) + b.rgb * t, a.alpha * (F8(1.0f) - t) + b.alpha * t};
   };
-  return mix(mix(texel(x0, y0, lanes), texel(x1, y0, lanes), fx), mix(texel(x0, y1, lanes), texel(x1, y1, lanes), fx),
-             fy);
+  return mix(mix(at(y0 + x0), at(y0 + x1), fx), mix(at(y1 + x0), at(y1 + x1), fx), fy);
 }
 
 Texture::Slopes8 Texture::slopes(F8 u, F8 v, M8 lanes) const {
@@ -166,9 +191,11 @@ Vec3 Texture::mean() const {
 std::uint64_t TextureSet::bytes() const {
   std::set<const Texels*> counted;
   std::uint64_t bytes = 0;
+  const auto add = [&](const Texels& texels) { bytes += counted.insert(&texels).second ? size_bytes(texels) : 0; };
   for (const Texture& texture : textures_) {
-    if (counted.insert(&texture.texels()).second) {
-      bytes += size_bytes(texture.texels());
+    add(texture.texels());
+    if (texture.pyramid() != nullptr) {
+      add(texture.pyramid()->texels());
     }
   }
   return bytes;
@@ -187,18 +214,10 @@ void TextureSet::for_each(U8 texture, M8 lanes, const Visit& visit) const {
   }
 }
 
-namespace {
-
-Texture::Rgba8 select(M8 mask, const Texture::Rgba8& yes, const Texture::Rgba8& no) {
-  return {select(mask, yes.rgb, no.rgb), select(mask, yes.alpha, no.alpha)};
-}
-
-}  // namespace
-
-Texture::Rgba8 TextureSet::lookup(U8 texture, F8 u, F8 v, M8 lanes) const {
+Texture::Rgba8 TextureSet::lookup(U8 texture, F8 u, F8 v, F8 footprint, M8 lanes) const {
   Texture::Rgba8 result{{F8(1.0f), F8(1.0f), F8(1.0f)}, F8(1.0f)};
   for_each(texture, lanes,
-           [&](const Texture& image, M8 same) { result = select(same, image.lookup(u, v, same), result); });
+           [&](const Texture& image, M8 same) { result = select(same, image.lookup(u, v, footprint, same), result); });
   return result;
 }
 

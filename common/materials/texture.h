@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/image/texels.h"
+#include "common/materials/texture_pyramid.h"
 #include "common/math/vec.h"
 
 namespace lightmill {
@@ -36,7 +37,11 @@ class Texture {
     F8 alpha;
   };
   /// Coordinates must be finite and below 1e9.
-  Rgba8 lookup(F8 u, F8 v, M8 lanes) const;
+  Rgba8 lookup(F8 u, F8 v, M8 lanes) const { return lookup(u, v, F8(0.0f), lanes); }
+  /// The mean around (u, v) over about `footprint`, a length in the same coordinates, if the texture has a pyramid. It
+  /// comes from one level, whose texels are half as wide as the footprint or more. The levels do not blend, because
+  /// footprints are smaller than what is seen.
+  Rgba8 lookup(F8 u, F8 v, F8 footprint, M8 lanes) const;
   struct Slopes8 {
     Rgba8 u, v;
   };
@@ -45,17 +50,26 @@ class Texture {
   /// Mean colour of the image.
   Vec3 mean() const;
   const Texels& texels() const { return *texels_; }
+  bool decodes() const { return settings_.decode; }
+
+  /// A pyramid of the texels, for lookups with footprints.
+  TexturePyramid make_pyramid(TexturePyramid::Weight weight) const { return {*texels_, decoded_, weight}; }
+  void use_pyramid(std::shared_ptr<const TexturePyramid> pyramid) { pyramid_ = std::move(pyramid); }
+  const TexturePyramid* pyramid() const { return pyramid_.get(); }
 
  private:
-  Rgba8 texel(U8 x, U8 y, M8 lanes) const;
+  Rgba8 texel(const Texels& texels, U8 index, M8 lanes) const;
   /// The coordinates of the image.
   std::pair<F8, F8> mapped(F8 u, F8 v) const;
   /// Coordinates are those of the image.
   Rgba8 nearest(F8 u, F8 v, M8 lanes) const;
   Rgba8 bilinear(F8 u, F8 v, M8 lanes) const;
+  Rgba8 bilinear(const Texels& texels, const TexturePyramid::Level8& level, F8 u, F8 v, M8 lanes) const;
 
   std::shared_ptr<const Texels> texels_;
+  std::shared_ptr<const TexturePyramid> pyramid_;  ///< or none
   TextureSettings settings_;
+  float texels_per_unit_;             ///< of length in the coordinates, before they are mapped
   std::array<float, 256> decoded_{};  ///< linear colour by byte
 };
 
@@ -71,12 +85,17 @@ class TextureSet {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  void add(Texture texture) { textures_.push_back(std::move(texture)); }
+  void add(Texture texture) {
+    has_pyramids_ |= texture.pyramid() != nullptr;
+    textures_.push_back(std::move(texture));
+  }
+  bool has_pyramids() const { return has_pyramids_; }
   const Texture& operator[](std::uint32_t i) const { return textures_[i]; }
-  /// Memory of the texels. Shared texels count once.
+  /// Memory of the texels and pyramids. Shared ones count once.
   std::uint64_t bytes() const;
   /// White and opaque where `texture` is kNone.
-  Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, M8 lanes) const;
+  Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, M8 lanes) const { return lookup(texture, u, v, F8(0.0f), lanes); }
+  Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, F8 footprint, M8 lanes) const;
   /// 0 where `texture` is kNone.
   Texture::Slopes8 slopes(U8 texture, F8 u, F8 v, M8 lanes) const;
 
@@ -86,6 +105,7 @@ class TextureSet {
   void for_each(U8 texture, M8 lanes, const Visit& visit) const;
 
   std::vector<Texture> textures_;
+  bool has_pyramids_ = false;
 };
 
 }  // namespace lightmill

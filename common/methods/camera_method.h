@@ -3,6 +3,7 @@
 
 #include "common/methods/camera_rays.h"
 #include "common/methods/sampled_method.h"
+#include "common/methods/texture_footprint.h"
 #include "common/methods/transmittance.h"
 
 namespace lightmill {
@@ -56,6 +57,11 @@ class CameraMethod final : public SampledMethod {
       const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
       hit.arrival = arrive(hit, sample_camera_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, hit.index), ws.counters);
       hit.surface = scene_->surface(hit.arrival.rays, hit.arrival.hits, hit.part(*scene_, 0));
+      if (scene_->features().footprints) {
+        const Ray8& rays = hit.arrival.rays;
+        const F8 width = camera_width(*scene_, rays.direction, hit.arrival.hits.distance);
+        hit.surface.footprint = texture_footprint(*scene_, hit.arrival.hits, hit.surface, rays.direction, width);
+      }
       if (flat_) {
         hit.surface.shading_normal = hit.surface.geometric_normal;
       }

@@ -59,15 +59,18 @@ Mesh quad(Vec3d p, Vec3d u, Vec3d v) {
   return mesh;
 }
 
-const Sha256 kTexture = sha256("a texture");
+const Sha256 kTexture = sha256("a texture"), kSquare = sha256("a square texture");
+constexpr const char* kSquareFile = "square";
 
-/// 5×3 texels of hashed bytes.
-Result<Texels> test_image(ByteView /*bytes*/, const std::string& /*name*/) {
+/// 53×31 or 6×6 texels of hashed bytes.
+Result<Texels> test_image(ByteView /*bytes*/, const std::string& name) {
+  const bool square = name == kSquareFile;
+  const int width = square ? 6 : 53, height = square ? 6 : 31;
   std::vector<std::uint32_t> bytes;
-  for (std::uint32_t i = 0; i < 15; ++i) {
-    bytes.push_back(mix(i + 1));
+  for (int i = 0; i < width * height; ++i) {
+    bytes.push_back(mix(static_cast<std::uint32_t>(i) + 1));
   }
-  return Texels{5, 3, std::move(bytes), {}, false};
+  return Texels{width, height, std::move(bytes), {}, false};
 }
 
 struct TestScene {
@@ -85,8 +88,10 @@ struct TestScene {
   }
 };
 
+enum class Sky { color, image, square };
+
 /// A light of each kind. `many` adds enough for the light BVH. With shadow catchers, the spread must be 180°.
-void add_lights(TestScene& test, bool many, bool sky_image, double spread_degrees) {
+void add_lights(TestScene& test, bool many, Sky sky_kind, double spread_degrees) {
   std::vector<Light>& lights = test.scene.lights;
   std::string profile =
       "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 40 130\n0 90 180\n900 800 7 900 400 5 900 20 0\n";
@@ -109,10 +114,15 @@ void add_lights(TestScene& test, bool many, bool sky_image, double spread_degree
       {"ies", IesLight{{0, 2, 1.5}, {0.1, -1, 0}, {1, 0, 0.2}, {1, 1, 0.9f}, 0.8, "fingerprint.ies", digest}});
   EnvironmentLight sky;
   sky.radiance = {0.2f, 0.3f, 0.4f};
-  if (sky_image) {
+  if (sky_kind == Sky::image) {
     sky.has_image = true;
     sky.asset = kTexture;
     sky.rotation_degrees = 33;
+  } else if (sky_kind == Sky::square) {
+    sky.has_image = sky.equal_area = true;
+    sky.file = kSquareFile;
+    sky.asset = kSquare;
+    sky.orientation = {{{0.6, 0, 0.8}, {0, -1, 0}, {-0.8, 0, 0.6}}};
   }
   lights.push_back({"sky", sky});
   for (int i = 0; many && i < 30; ++i) {
@@ -292,7 +302,8 @@ TestScene make_test_scene(const Rendered& rendered) {
   add_room(test);
   add_sheets_and_instances(test, box);
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
-  add_lights(test, !box, box, box ? 180 : 120);
+  const Sky sky = box ? Sky::image : rendered.filter == FilterKind::gaussian ? Sky::square : Sky::color;
+  add_lights(test, !box, sky, box ? 180 : 120);
   for (std::uint32_t material = 0; box && material < scene.materials.size(); ++material) {
     LM_CHECK(std::ranges::count(scene.objects, material, &Object::material) > 0, "no object has the material {}",
              material);
@@ -302,7 +313,7 @@ TestScene make_test_scene(const Rendered& rendered) {
 
 std::shared_ptr<const CompiledScene> compiled(const TestScene& test) {
   const auto asset = [&](const Sha256& digest) -> Result<std::string> {
-    return digest == kTexture ? std::string() : test.assets.at(digest);
+    return digest == kTexture || digest == kSquare ? std::string() : test.assets.at(digest);
   };
   auto scene = CompiledScene::compile(test.scene, asset, test_image);
   if (scene.status().code() == StatusCode::kResourceExhausted) {

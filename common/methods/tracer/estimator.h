@@ -21,6 +21,9 @@ struct EstimatorBase {
   /// The estimator has scatter_in_medium(tracer, in, point, lanes, bounce).
   static constexpr bool kScattersInMedia = false;
 
+  /// Colours of textures are averaged over the footprints of paths.
+  static constexpr bool kAveragesTextures = true;
+
   /// A camera ray starts.
   static void start(Path8& /*path*/) {}
   /// A path starts on an irradiance meter.

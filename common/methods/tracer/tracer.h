@@ -177,7 +177,12 @@ class Tracer : public Wavefront {
     if (scene_.features().mixtures) {
       part = decide(in, bounce, mixture_decision(bounce)).u;
     }
-    const Surface8 surface = scene_.surface({origin, in.direction, F8(0.0f)}, hits, part);
+    Surface8 surface = scene_.surface({origin, in.direction, F8(0.0f)}, hits, part);
+    if constexpr (Estimator::kAveragesTextures) {
+      if (scene_.features().footprints) {
+        surface.footprint = footprint(in, hits, surface, passage.before, bounce);
+      }
+    }
     if (bounce == 0 && meter_ == nullptr && channels_.shows_surfaces()) {
       store_surfaces(channels_, scene_, hits, surface, in.slot,
                      {ws_.radiance.data(), slots_, ws_.first.empty() ? nullptr : ws_.first.data(), pixels_});

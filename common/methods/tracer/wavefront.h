@@ -84,6 +84,8 @@ class Wavefront {
   Path8 camera_paths(std::size_t pixel, U8 seed) const;
   Path8 meter_paths(std::size_t pixel, U8 seed) const;
   Surface8 meter_surface(const Path8& paths, M8 lanes) const;
+  /// Over which textures are averaged. `before`: length of the way to the origin of `hits`.
+  F8 footprint(const Path8& in, const Hit8& hits, const Surface8& surface, F8 before, std::uint32_t bounce) const;
   /// Russian roulette: returns the lanes that survive, with probability min(1, boost · throughput). It divides their
   /// throughput by this probability.
   M8 roulette(Path8& paths, M8 lanes, std::uint32_t bounce) const;

@@ -79,6 +79,9 @@ class VcmEstimator : public tracer::EstimatorBase {
   using Workspace = VcmWorkspace;
   using Shared = VcmShared;
 
+  /// Light vertices see the texture as it is. With other colours, the weights of a path would not sum to 1.
+  static constexpr bool kAveragesTextures = false;
+
   VcmEstimator(const CompiledScene& scene, const VcmShared& shared, std::uint64_t sample, std::uint64_t end,
                VcmWorkspace& ws)
       : scene_(scene),

@@ -25,6 +25,7 @@ CameraBasis camera_basis(const Camera& camera, const FilmSettings& film, const W
                     Vec3(forward),
                     Vec3(right * pixel),
                     Vec3(down * pixel),
+                    static_cast<float>(pixel),
                     static_cast<float>(0.5 * film.width - camera.shift_x * film.height),
                     static_cast<float>(0.5 * film.height + camera.shift_y * film.height)};
   if (camera.lens_radius > 0) {
@@ -331,6 +332,7 @@ class SceneCompiler {
     out_->normal_maps_ = NormalMaps(scene_, rows, frame_.scale());
     out_->anisotropy_directions_ = AnisotropyDirections(rows);
     out_->features_.mixtures = out_->materials_.has_mixtures();
+    out_->features_.footprints = out_->materials_.textures().has_pyramids();
     out_->features_.environment = out_->lights_.environment.exists();
     out_->features_.shadow_catchers = out_->materials_.uses(MaterialKind::shadow_catcher);
     if (out_->features_.shadow_catchers) {

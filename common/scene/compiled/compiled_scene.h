@@ -35,6 +35,7 @@ struct CameraBasis {
   Vec3 forward;              ///< unit
   Vec3 right;                ///< one pixel to the right on the plane at distance 1
   Vec3 down;                 ///< one pixel down
+  float pixel;               ///< length of `right`
   float center_x, center_y;  ///< film position of `forward`, in pixels
   // Thin lens:
   Vec3 lens_x{0}, lens_y{0};  ///< from its centre to its edge; zero for a pinhole
@@ -51,6 +52,7 @@ struct SceneFeatures {
   bool opacity = false;      ///< surfaces that rays may pass
   bool normal_maps = false;  ///< some material has a normal map or bump map
   bool mixtures = false;     ///< surfaces need a number that draws a part of their mixture
+  bool footprints = false;   ///< some texture averages over footprints
 };
 
 /// The places that photons must reach to find all caustics, in the frame.
@@ -134,6 +136,9 @@ class CompiledScene {
     }
     return out;
   }
+
+  /// See GeometryTable.
+  F8 coordinates_per_length(const Hit8& hits) const { return geometry_.coordinates_per_length(hits, hits.hit); }
 
   /// The hits that rays may pass, because of the surface's opacity.
   M8 may_pass(const Hit8& hits, M8 lanes) const {

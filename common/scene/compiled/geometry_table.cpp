@@ -24,6 +24,22 @@ void append(std::vector<float>& array, const glm::mat3& m) {
   }
 }
 
+/// GeometryTable::coordinates_per_length of a triangle.
+float density_of_coordinates(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle,
+                             const std::vector<std::array<float, 3>>& positions) {
+  const auto point = [&](std::size_t i) {
+    const std::array<float, 3>& p = positions[triangle[i]];
+    return Vec3d(p[0], p[1], p[2]);
+  };
+  const auto to = [&](std::size_t i, std::size_t axis) {
+    return double{mesh.texture_coordinates[triangle[i]][axis]} - mesh.texture_coordinates[triangle[0]][axis];
+  };
+  const double area = glm::length(glm::cross(point(1) - point(0), point(2) - point(0)));
+  const double mapped = std::abs(to(1, 0) * to(2, 1) - to(2, 0) * to(1, 1));
+  const auto density = static_cast<float>(std::sqrt(mapped / area));
+  return std::isfinite(density) ? density : 0;
+}
+
 }  // namespace
 
 // ---- building ----
@@ -50,10 +66,12 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   radius_.push_back(radius);
   append(linear_, linear);
   append(normal_matrix_, normal);
+  const auto square = [&](int column) { return glm::dot(linear[column], linear[column]); };
+  length_scale_.push_back(std::sqrt((square(0) + square(1) + square(2)) / 3));
 }
 
-void GeometryTable::add_extent(const Vec3& extent) {
-  triangle_extent_.insert(triangle_extent_.end(), {extent.x, extent.y, extent.z, 0});
+void GeometryTable::add_extent(const Vec3& extent, float coordinates_per_length) {
+  triangle_extent_.insert(triangle_extent_.end(), {extent.x, extent.y, extent.z, coordinates_per_length});
 }
 
 void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward) {
@@ -87,12 +105,13 @@ GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vec
                                                 bool textured, bool tangents) {
   MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 4),
                 static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone, kNone};
+  const bool coordinates = textured && !mesh.texture_coordinates.empty();
   for (const auto& t : mesh.triangles) {
     const auto corner = [&](int i) { return Vec3(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
-    add_extent(glm::max(glm::max(corner(0), corner(1)), corner(2)) -
-               glm::min(glm::min(corner(0), corner(1)), corner(2)));
+    add_extent(
+        glm::max(glm::max(corner(0), corner(1)), corner(2)) - glm::min(glm::min(corner(0), corner(1)), corner(2)),
+        coordinates ? density_of_coordinates(mesh, t, positions) : 0);
   }
-  const bool coordinates = textured && !mesh.texture_coordinates.empty();
   const bool derivatives = tangents && !(mesh.texture_coordinates.empty() && mesh.tangents.empty());
   if (mesh.normals.empty() && !coordinates && !derivatives && mesh.colors.empty()) {
     return rows;
@@ -304,6 +323,23 @@ void GeometryTable::find_texture_coordinates(const Hit8& hits, Surface8& s) cons
       s.v = select(planes, local.y * scale, s.v);
     }
   }
+}
+
+F8 GeometryTable::coordinates_per_length(const Hit8& hits, M8 lanes) const {
+  if (!has_coordinates_) {
+    return F8(0.0f);
+  }
+  const U8 triangle = extents_.at(hits.geometry, lanes) + hits.primitive;
+  F8 density = gather(triangle_extent_.data() + 3, triangle << 2, lanes);
+  if (has_instances_) {
+    const M8 instances = is_shape(kInstance, hits.geometry, lanes);
+    density = select(instances, density / length_scale_.at(hits.geometry, instances), density);
+  }
+  if (has_planes_) {
+    const M8 planes = is_shape(kPlane, hits.geometry, lanes);
+    density = select(planes, radius_.at(hits.geometry, planes), density);
+  }
+  return density;
 }
 
 Tangents8 GeometryTable::derivatives(const Hit8& hits, const Surface8& surface, M8 lanes) const {

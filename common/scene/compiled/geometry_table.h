@@ -22,6 +22,7 @@ struct Surface8 {
   F8 offset;            ///< distance to move off the surface before tracing on
   U8 material;          ///< index of the material
   F8 u, v;              ///< texture coordinates if the material has textures, else 0
+  F8 footprint;         ///< length in texture coordinates over which colours are averaged; 0 unless a method sets it
   V8 color;             ///< of the mesh's vertices, in scenes with such meshes (has_colors)
   F8 alpha;             ///< of the mesh's vertices, in scenes with such meshes
   M8 mapped;            ///< a normal map or bump map gives the shading normal, whatever the ray's direction
@@ -78,6 +79,8 @@ class GeometryTable {
 
   bool has_colors() const { return has_colors_; }
   U8 material(U8 geometry, M8 lanes) const { return material_.at(geometry, lanes); }
+  /// Texture coordinates per unit of length, the mean over all directions. 0 where the surface has none, or no area.
+  F8 coordinates_per_length(const Hit8& hits, M8 lanes) const;
   /// By texture coordinates alone.
   Tangents8 derivatives(const Hit8& hits, const Surface8& surface, M8 lanes) const;
   /// Replaces the directions by the mesh's own tangents, where it has some.
@@ -89,7 +92,7 @@ class GeometryTable {
   enum Shape : std::uint32_t { kMesh, kSphere, kPlane, kInstance };
 
   M8 is_shape(Shape shape, U8 geometry, M8 lanes) const { return lanes & (shape_.at(geometry, lanes) == U8(shape)); }
-  void add_extent(const Vec3& extent);
+  void add_extent(const Vec3& extent, float coordinates_per_length = 0);
   void push(Shape shape, std::uint32_t material, const MeshRows& mesh, TangentUse use = {},
             const Vec3& center = Vec3(0), float radius = 0, bool inward = false, const glm::mat3& linear = glm::mat3(1),
             const glm::mat3& normal = glm::mat3(1));
@@ -121,8 +124,9 @@ class GeometryTable {
   VectorColumn center_;                                     ///< of a sphere; a plane's point
   Column<float> radius_;                                    ///< of a sphere; a plane's coordinate scale
   std::vector<float> linear_, normal_matrix_;               ///< of instances, 9 each, by columns
+  Column<float> length_scale_;                              ///< root mean square of linear_'s columns
 
-  std::vector<float> triangle_extent_;      ///< 4 per triangle: sizes along x, y and z, and a 0
+  std::vector<float> triangle_extent_;      ///< 4 per triangle: sizes along x, y and z, coordinates_per_length
   std::vector<std::uint32_t> corners_;      ///< 3 vertices per triangle, of meshes with normals, coordinates or colours
   std::vector<float> vertex_normals_;       ///< 3 each
   std::vector<float> texture_coordinates_;  ///< 2 each

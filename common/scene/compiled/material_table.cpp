@@ -193,8 +193,10 @@ U8 MaterialTable::drawn(Surface8 surface, M8 lanes, F8 number) const {
   return surface.material;
 }
 
-V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const {
-  const V8 rgb = textures_.lookup(column.texture.at(surface.material, lanes), surface.u, surface.v, lanes).rgb;
+V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, F8 footprint, M8 lanes,
+                             float most) const {
+  const U8 texture = column.texture.at(surface.material, lanes);
+  const V8 rgb = textures_.lookup(texture, surface.u, surface.v, footprint, lanes).rgb;
   const auto clamped = [&](F8 value) { return min(max(value, F8(0.0f)), F8(most)); };
   return {clamped(rgb.x), clamped(rgb.y), clamped(rgb.z)};
 }

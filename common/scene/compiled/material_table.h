@@ -145,9 +145,9 @@ class MaterialTable {
     }
     return out;
   }
-  /// Emitted radiance at this positive cosine to the normal.
+  /// Emitted radiance at this positive cosine to the normal. It has no footprint, as the lights' table has none.
   V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
-    const V8 along_normal = at(emission_, surface, lanes, std::numeric_limits<float>::max());
+    const V8 along_normal = at(emission_, surface, F8(0.0f), lanes, std::numeric_limits<float>::max());
     return has_emission_profiles_ ? along_normal * pow(cosine, emission_exponent_.at(surface.material, lanes))
                                   : along_normal;
   }
@@ -172,15 +172,18 @@ class MaterialTable {
     bool textured = false;
     void add(const TexturedColor& color);
   };
+  V8 at(const ColorColumn& column, const Surface8& surface, M8 lanes) const {
+    return at(column, surface, surface.footprint, lanes, 1);
+  }
   /// Texels are clamped to [0, `most`].
-  V8 at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most = 1) const {
+  V8 at(const ColorColumn& column, const Surface8& surface, F8 footprint, M8 lanes, float most) const {
     const V8 rgb = column.rgb.at(surface.material, lanes);
-    return column.textured ? rgb * texture_at(column, surface, lanes, most) : rgb;
+    return column.textured ? rgb * texture_at(column, surface, footprint, lanes, most) : rgb;
   }
   V8 tinted_reflectance(const Surface8& surface, M8 lanes) const;
   /// The albedo where some surfaces are principled sheets.
   V8 with_sheets(const V8& color, const V8& second, const Surface8& surface, M8 lanes) const;
-  V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const;
+  V8 texture_at(const ColorColumn& column, const Surface8& surface, F8 footprint, M8 lanes, float most) const;
 
   /// One number with a map, of all materials.
   struct MapColumn {

@@ -19,6 +19,34 @@ std::set<std::uint32_t> textures_of_colors(const Scene& scene) {
   return used;
 }
 
+/// The textures of colours that surfaces scatter. Lookups of these average over footprints.
+std::set<std::uint32_t> textures_of_scattered_colors(const Scene& scene) {
+  std::set<std::uint32_t> used;
+  for (const Material& material : scene.materials) {
+    for_each_part(material, [&](const Material& part) {
+      for (const TexturedColor* color : colors_of(part)) {
+        if (color != &part.emission) {
+          used.insert(color->texture);
+        }
+      }
+    });
+  }
+  return used;
+}
+
+/// The images whose alpha cuts out shapes.
+std::set<Sha256> cut_out_images(const Scene& scene) {
+  std::set<Sha256> images;
+  for (const Material& material : scene.materials) {
+    const Opacity& opacity = material.opacity;
+    if (opacity.mode != Opacity::Mode::opaque && opacity.map.texture != kNoTexture &&
+        opacity.map.channel == ScalarMap::Channel::alpha) {
+      images.insert(scene.textures[opacity.map.texture].asset);
+    }
+  }
+  return images;
+}
+
 TextureWrap wrap_of(TextureImage::Wrap wrap) {
   switch (wrap) {
     case TextureImage::Wrap::repeat:
@@ -49,7 +77,7 @@ TextureSettings settings_of(const TextureImage& image, const Texels& texels, boo
   return settings;
 }
 
-/// Shares one image between all textures that name it.
+/// Shares one image, and its pyramid, between all textures that name it.
 class SharedImages {
  public:
   SharedImages(const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images, ImageBudget& budget)
@@ -77,11 +105,22 @@ class SharedImages {
     return Texture(linear, settings);
   }
 
+  Status add_pyramid(Texture& texture, TexturePyramid::Weight weight, const std::string& where) {
+    std::shared_ptr<const TexturePyramid>& pyramid = pyramids_[{&texture.texels(), texture.decodes()}];
+    if (pyramid == nullptr) {
+      LM_RETURN_IF_ERROR(budget_.take(pyramid_bytes(texture.texels()), where));
+      pyramid = std::make_shared<const TexturePyramid>(texture.make_pyramid(weight));
+    }
+    texture.use_pyramid(pyramid);
+    return ok_status();
+  }
+
  private:
   const CompiledScene::AssetSource& assets_;
   const CompiledScene::ImageDecoder& images_;
   ImageBudget& budget_;
   std::map<Sha256, std::shared_ptr<const Texels>> read_, linear_;
+  std::map<std::pair<const Texels*, bool>, std::shared_ptr<const TexturePyramid>> pyramids_;
 };
 
 }  // namespace
@@ -89,12 +128,18 @@ class SharedImages {
 Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
                                  const CompiledScene::ImageDecoder& images, ImageBudget& budget) {
   TextureSet textures;
-  const std::set<std::uint32_t> colors = textures_of_colors(scene);
+  const std::set<std::uint32_t> colors = textures_of_colors(scene), scattered = textures_of_scattered_colors(scene);
+  const std::set<Sha256> cut_out = cut_out_images(scene);
   SharedImages shared(assets, images, budget);
-  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+  for (std::uint32_t i = 0; i < scene.textures.size(); ++i) {
     const TextureImage& image = scene.textures[i];
-    LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, colors.contains(static_cast<std::uint32_t>(i)),
-                                                        fmt::format("textures[{}] \"{}\"", i, image.name)));
+    const std::string where = fmt::format("textures[{}] \"{}\"", i, image.name);
+    LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, colors.contains(i), where));
+    if (scattered.contains(i) && image.filter != TextureImage::Filter::nearest) {
+      const bool by_alpha = cut_out.contains(image.asset);
+      const auto weight = by_alpha ? TexturePyramid::Weight::alpha : TexturePyramid::Weight::area;
+      LM_RETURN_IF_ERROR(shared.add_pyramid(texture, weight, where));
+    }
     textures.add(std::move(texture));
   }
   return textures;

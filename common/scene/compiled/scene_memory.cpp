@@ -154,8 +154,9 @@ class Estimator {
     LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(asset));
     note_file(bytes.size(), fmt::format("the file of the {} \"{}\"", what, file));
     if (const Result<ImageSize> size = sizes_(as_byte_view(bytes), file); size.ok()) {
-      // The decoder's values together with the pixels, or encoded pixels together with their linear form.
-      sum_.add(size->pixels() * std::max<std::uint64_t>(2 * size->bytes_per_pixel, later),
+      // The decoder's values together with the pixels, or encoded pixels together with their linear form; and the first
+      // level of a pyramid, in single precision.
+      sum_.add(size->pixels() * std::max<std::uint64_t>(2 * size->bytes_per_pixel + 4, later),
                fmt::format("the {} \"{}\"", what, file));
     }
     return ok_status();

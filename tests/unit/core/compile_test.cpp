@@ -92,6 +92,8 @@ std::string two_textures(const std::string& other_file) {
       other_file);
 }
 constexpr std::uint64_t kImageBytes = 256 * 256 * 4 * sizeof(float);
+/// Its smaller copies: 128² + 64² + … + 1 texels.
+constexpr std::uint64_t kPyramidBytes = (256 * 256 - 1) / 3 * 4 * sizeof(float);
 
 std::uint64_t bytes_with_image_of(int side) {
   const auto image = [&](ByteView, const std::string&) -> Result<Texels> {
@@ -103,7 +105,7 @@ std::uint64_t bytes_with_image_of(int side) {
 
 // Images of 16 bits, converted to linear values once.
 TEST(CompiledTextures, CountTowardsTheSceneAndShareTheirImage) {
-  EXPECT_EQ(bytes_with_image_of(256) - bytes_with_image_of(1), kImageBytes - 4 * sizeof(float));
+  EXPECT_EQ(bytes_with_image_of(256) - bytes_with_image_of(1), kImageBytes + kPyramidBytes - 4 * sizeof(float));
 }
 
 TEST(CompiledTextures, HaveACommonLimit) {
@@ -111,12 +113,12 @@ TEST(CompiledTextures, HaveACommonLimit) {
     return Texels{256, 256, {}, std::vector<float>(256 * 256 * 4, 0.5f), false};
   };
   CompiledScene::Options options;
-  options.max_texture_bytes = kImageBytes;
+  options.max_texture_bytes = kImageBytes + kPyramidBytes;
   EXPECT_TRUE(compile(load_text(two_textures("a.png"), {{"a.png", "a"}}), image, options).ok());
   const auto two = compile(load_text(two_textures("b.png"), {{"a.png", "a"}, {"b.png", "b"}}), image, options);
   ASSERT_FALSE(two.ok());
   EXPECT_EQ(message_of(two.status()),
-            "textures[1] \"b\": the scene's images need more than the worker's limit of 0.0009766 GiB (--images-gib)");
+            "textures[1] \"b\": the scene's images need more than the worker's limit of 0.001302 GiB (--images-gib)");
 }
 
 TEST(CompiledMeshes, TheTriangleLimitCountsInstancesOnce) {
@@ -176,10 +178,11 @@ TEST(CompiledEnvironment, CountsTheBytesOfItsPreparation) {
   EXPECT_TRUE(compiled(floats, 28 * kPixels - 1, ball_under(sky)).starts_with(refused));
   EXPECT_EQ(compiled(bytes, 24 * kPixels + 4 * 128, ball_under(sky)), "no error");
   EXPECT_TRUE(compiled(bytes, 24 * kPixels + 4 * 128 - 1, ball_under(sky)).starts_with(refused));
-  // Together with textures: 4 bytes a pixel.
+  // Together with textures: 4 bytes a pixel, and 10,923 pixels of smaller copies.
   const std::string textured = ball_under(sky, R"([{"name": "t", "file": "a.png"}])", R"({"texture": "t"})");
-  EXPECT_EQ(compiled(bytes, 28 * kPixels + 4 * 128, textured), "no error");
-  EXPECT_TRUE(compiled(bytes, 28 * kPixels + 4 * 128 - 1, textured).starts_with(refused));
+  constexpr std::uint64_t kTogether = 28 * kPixels + 4 * (128 + 10'923);
+  EXPECT_EQ(compiled(bytes, kTogether, textured), "no error");
+  EXPECT_TRUE(compiled(bytes, kTogether - 1, textured).starts_with(refused));
 }
 
 TEST(CompiledEnvironment, LimitsTheSidesOfItsImage) {
