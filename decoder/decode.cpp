@@ -77,6 +77,7 @@ Result<DecodeReply> try_decode_image(const DecodeRequest& request, int file, int
   reply.height = image->height();
   reply.bytes_per_pixel = image->size().bytes_per_pixel;
   reply.encoded = image->encoded() ? 1 : 0;
+  reply.half = image->half() ? 1 : 0;
   const IgnoredProperties ignored = image->size().ignored;
   reply.orientation = ignored.orientation ? 1 : 0;
   reply.gamma = ignored.gamma ? 1 : 0;

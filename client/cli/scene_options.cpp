@@ -138,6 +138,13 @@ std::uint64_t negative_pixels(const Texels& texels) {
     const float* rgb = &texels.floats[i];
     count += rgb[0] < 0 || rgb[1] < 0 || rgb[2] < 0 ? 1 : 0;
   }
+  for (std::size_t pixel = 0; texels.half && pixel < texels.words.size(); ++pixel) {
+    const auto negative = [&](std::size_t channel) {
+      constexpr std::uint32_t kMinusZero = 0x8000;
+      return component(texels, pixel, channel) > kMinusZero;
+    };
+    count += negative(0) || negative(1) || negative(2) ? 1 : 0;
+  }
   return count;
 }
 

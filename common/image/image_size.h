@@ -16,7 +16,7 @@ struct IgnoredProperties {
 struct ImageSize {
   int width = 0;
   int height = 0;
-  std::uint32_t bytes_per_pixel = 4;  ///< as in Texels: 4, or 16 if a channel has more than eight bits
+  std::uint32_t bytes_per_pixel = 4;  ///< as in Texels: 4, 8 or 16
   IgnoredProperties ignored;
   std::uint64_t pixels() const { return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height); }
 };

@@ -4,12 +4,27 @@
 
 namespace lightmill {
 
+namespace {
+
+Status not_finite(const Texels& texels, std::size_t pixel) {
+  const auto width = static_cast<std::size_t>(texels.width);
+  return invalid_argument("pixel ({}, {}) is not finite", pixel % width, pixel / width);
+}
+
+}  // namespace
+
 Status check_finite(const Texels& texels) {
   for (std::size_t i = 0; i < texels.floats.size(); ++i) {
     if (!std::isfinite(texels.floats[i])) {
-      const std::size_t pixel = i / 4;
-      const auto width = static_cast<std::size_t>(texels.width);
-      return invalid_argument("pixel ({}, {}) is not finite", pixel % width, pixel / width);
+      return not_finite(texels, i / 4);
+    }
+  }
+  for (std::size_t pixel = 0; texels.half && pixel < texels.words.size(); ++pixel) {
+    for (std::size_t channel = 0; channel < 4; ++channel) {
+      constexpr std::uint32_t kExponent = 0x7c00;
+      if ((component(texels, pixel, channel) & kExponent) == kExponent) {
+        return not_finite(texels, pixel);
+      }
     }
   }
   return ok_status();

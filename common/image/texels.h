@@ -38,21 +38,30 @@ class SharedArray {
 };
 
 /// Pixels in rows from the top, with four channels: red, green, blue, alpha. Grey images have equal colours. Alpha is 1
-/// in images without alpha. One of the two arrays is filled.
+/// in images without alpha. One of the three arrays is filled.
 struct Texels {
   int width = 0;
   int height = 0;
-  SharedArray<std::uint32_t> bytes;  ///< one per pixel, red in the lowest 8 bits, values as in the file
-  SharedArray<float> floats;         ///< four per pixel
-  bool encoded = false;              ///< values are sRGB-encoded, unless the scene says otherwise
+  SharedArray<std::uint32_t> bytes;       ///< one per pixel, red in the lowest 8 bits, values as in the file
+  SharedArray<float> floats;              ///< four per pixel
+  bool encoded = false;                   ///< values are sRGB-encoded, unless the scene says otherwise
+  SharedArray<std::uint64_t> words = {};  ///< one per pixel, red in the lowest 16 bits, values as in the file
+  bool half = false;                      ///< words are half floats, not integers
 };
+
+/// The bits of one channel, of pixels in bytes or words.
+inline std::uint32_t component(const Texels& texels, std::size_t pixel, std::size_t channel) {
+  return texels.words.empty() ? texels.bytes[pixel] >> (8 * channel) & 0xff
+                              : static_cast<std::uint32_t>(texels.words[pixel] >> (16 * channel)) & 0xffff;
+}
 
 /// Default limit of an image's pixels.
 inline constexpr std::int64_t kMaxTexturePixels = std::int64_t{1} << 28;
 
 /// Memory of the pixels.
 inline std::uint64_t size_bytes(const Texels& texels) {
-  return std::uint64_t{texels.bytes.size()} * 4 + std::uint64_t{texels.floats.size()} * 4;
+  return std::uint64_t{texels.bytes.size()} * 4 + std::uint64_t{texels.words.size()} * 8 +
+         std::uint64_t{texels.floats.size()} * 4;
 }
 
 /// INVALID_ARGUMENT, naming the first pixel that is infinite or NaN.

@@ -41,39 +41,15 @@ Texture::Rgba8 select(M8 mask, const Texture::Rgba8& yes, const Texture::Rgba8& 
 
 }  // namespace
 
-double srgb_decode_fixed(double encoded) {
-  if (encoded <= 0.04045) {
-    return encoded / 12.92;
-  }
-  // x^2.4 = x² · (x²)^(1/5). Newton's method from above finds the root with exactly rounded operations only.
-  const double x = (encoded + 0.055) / 1.055;
-  const double square = x * x;
-  double root = 1;
-  for (int i = 0; i < 40; ++i) {
-    const double fourth = root * root * root * root;
-    root = (4 * root + square / fourth) / 5;
-  }
-  return square * root;
-}
-
-Texels decode_floats(const Texels& texels) {
-  std::vector<float> linear(texels.floats.begin(), texels.floats.end());
-  for (std::size_t i = 0; i < linear.size(); ++i) {
-    const bool alpha = i % 4 == 3;
-    linear[i] = alpha ? linear[i] : static_cast<float>(srgb_decode_fixed(std::clamp(linear[i], 0.0f, 1.0f)));
-  }
-  return {texels.width, texels.height, {}, std::move(linear), false};
-}
-
 Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& settings)
     : texels_(std::move(texels)), settings_(settings) {
   LM_CHECK(texels_->width > 0 && texels_->height > 0);
   const auto& [by_u, by_v] = settings_.matrix;
   const double area = static_cast<double>(by_u[0]) * by_v[1] - static_cast<double>(by_u[1]) * by_v[0];
   texels_per_unit_ = static_cast<float>(std::sqrt(std::abs(area) * texels_->width * texels_->height));
-  for (int i = 0; i < 256; ++i) {
-    const double value = i / 255.0;
-    decoded_[static_cast<std::size_t>(i)] = static_cast<float>(settings_.decode ? srgb_decode_fixed(value) : value);
+  if (texels_->floats.empty()) {
+    colors_ = texel_values(*texels_, settings_.decode);
+    alphas_ = texel_values(*texels_, false);
   }
 }
 
@@ -81,9 +57,17 @@ Texture::Rgba8 Texture::texel(const Texels& texels, U8 index, M8 lanes) const {
   if (!texels.bytes.empty()) {
     const U8 packed = gather(texels.bytes.data(), index, lanes);
     const U8 low(0xffu);
-    return {{gather(decoded_.data(), packed & low, lanes), gather(decoded_.data(), (packed >> 8) & low, lanes),
-             gather(decoded_.data(), (packed >> 16) & low, lanes)},
+    return {{gather(colors_.data(), packed & low, lanes), gather(colors_.data(), (packed >> 8) & low, lanes),
+             gather(colors_.data(), (packed >> 16) & low, lanes)},
             to_float(packed >> 24) * F8(1.0f / 255)};
+  }
+  if (!texels.words.empty()) {
+    const auto* const pairs = reinterpret_cast<const std::uint32_t*>(texels.words.data());
+    const U8 first = index << 1, low(0xffffu);
+    const U8 red_green = gather(pairs, first, lanes), blue_alpha = gather(pairs, first + U8(1u), lanes);
+    return {{gather(colors_.data(), red_green & low, lanes), gather(colors_.data(), red_green >> 16, lanes),
+             gather(colors_.data(), blue_alpha & low, lanes)},
+            gather(alphas_.data(), blue_alpha >> 16, lanes)};
   }
   const U8 first = index << 2;
   const float* base = texels.floats.data();
@@ -177,12 +161,11 @@ Texture::Slopes8 Texture::slopes(F8 u, F8 v, M8 lanes) const {
 Vec3 Texture::mean() const {
   Vec3d sum(0);
   const std::size_t pixels = static_cast<std::size_t>(texels_->width) * static_cast<std::size_t>(texels_->height);
+  const bool floats = !texels_->floats.empty();
   for (std::size_t i = 0; i < pixels; ++i) {
-    if (!texels_->bytes.empty()) {
-      const std::uint32_t packed = texels_->bytes[i];
-      sum += Vec3d(decoded_[packed & 255], decoded_[packed >> 8 & 255], decoded_[packed >> 16 & 255]);
-    } else {
-      sum += Vec3d(texels_->floats[4 * i], texels_->floats[4 * i + 1], texels_->floats[4 * i + 2]);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      sum[static_cast<int>(channel)] +=
+          floats ? texels_->floats[4 * i + channel] : colors_[component(*texels_, i, channel)];
     }
   }
   return Vec3(sum / static_cast<double>(pixels));

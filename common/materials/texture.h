@@ -6,10 +6,11 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
-#include "common/image/texels.h"
+#include "common/image/texel_values.h"
 #include "common/materials/texture_pyramid.h"
 #include "common/math/vec.h"
 
@@ -22,7 +23,7 @@ enum class TextureWrap { repeat, clamp, mirror };
 struct TextureSettings {
   TextureFilter filter = TextureFilter::bilinear;
   std::array<TextureWrap, 2> wrap{};  ///< along u and v
-  bool decode = false;                ///< byte colours are sRGB-encoded; floats are always linear
+  bool decode = false;                ///< colours are sRGB-encoded, but for floats, which are always linear
   std::array<std::array<float, 2>, 2> matrix{{{1, 0}, {0, 1}}};  ///< of (u, v), row by row
   std::array<float, 2> offset{0, 0};                             ///< added to the product
 };
@@ -53,7 +54,7 @@ class Texture {
   bool decodes() const { return settings_.decode; }
 
   /// A pyramid of the texels, for lookups with footprints.
-  TexturePyramid make_pyramid(TexturePyramid::Weight weight) const { return {*texels_, decoded_, weight}; }
+  TexturePyramid make_pyramid(TexturePyramid::Weight weight) const { return {*texels_, settings_.decode, weight}; }
   void use_pyramid(std::shared_ptr<const TexturePyramid> pyramid) { pyramid_ = std::move(pyramid); }
   const TexturePyramid* pyramid() const { return pyramid_.get(); }
 
@@ -69,16 +70,9 @@ class Texture {
   std::shared_ptr<const Texels> texels_;
   std::shared_ptr<const TexturePyramid> pyramid_;  ///< or none
   TextureSettings settings_;
-  float texels_per_unit_;             ///< of length in the coordinates, before they are mapped
-  std::array<float, 256> decoded_{};  ///< linear colour by byte
+  float texels_per_unit_;                   ///< of length in the coordinates, before they are mapped
+  std::span<const float> colors_, alphas_;  ///< texel_values, unless there are floats
 };
-
-/// Inverse of the sRGB transfer function on [0, 1] (IEC 61966-2-1). Its bits do not depend on the C library. Relative
-/// error below 1e-12.
-double srgb_decode_fixed(double encoded);
-
-/// Linear colours of texels that are sRGB-encoded floats (clamped to [0, 1]).
-Texels decode_floats(const Texels& texels);
 
 /// All textures of a scene. Each of eight lanes may have another texture.
 class TextureSet {

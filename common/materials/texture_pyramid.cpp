@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "common/image/texel_values.h"
 
 namespace lightmill {
 namespace {
@@ -102,53 +106,68 @@ Level reduce(const Level& level, TexturePyramid::Weight weight) {
 }
 
 /// The first level. Decodes the image three rows at a time.
-Level reduce(const Texels& image, const std::array<float, 256>& decoded, TexturePyramid::Weight weight) {
-  const std::size_t width = static_cast<std::size_t>(image.width);
-  if (image.bytes.empty()) {
+Level reduce(const Texels& image, bool decode, TexturePyramid::Weight weight) {
+  const auto width = static_cast<std::size_t>(image.width);
+  if (!image.floats.empty()) {
     return reduce(image.width, image.height, weight, [&](std::size_t y) { return &image.floats[4 * y * width]; });
   }
+  const std::span<const float> colors = texel_values(image, decode), alphas = texel_values(image, false);
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::array<std::vector<float>, 3> rows{};
   rows.fill(std::vector<float>(4 * width));
-  std::array<std::size_t, 3> held{image.bytes.size(), image.bytes.size(), image.bytes.size()};
+  std::array<std::size_t, 3> held{kNone, kNone, kNone};
   return reduce(image.width, image.height, weight, [&](std::size_t y) -> const float* {
     std::vector<float>& row = rows[y % 3];
     if (held[y % 3] != y) {
       held[y % 3] = y;
-      for (std::size_t x = 0; x < width; ++x) {
-        const std::uint32_t packed = image.bytes[y * width + x];
-        row[4 * x] = decoded[packed & 255];
-        row[4 * x + 1] = decoded[packed >> 8 & 255];
-        row[4 * x + 2] = decoded[packed >> 16 & 255];
-        row[4 * x + 3] = static_cast<float>(packed >> 24) * (1.0f / 255);
+      for (std::size_t i = 0; i < 4 * width; ++i) {
+        row[i] = (i % 4 == 3 ? alphas : colors)[component(image, y * width + i / 4, i % 4)];
       }
     }
     return row.data();
   });
 }
 
-/// The byte whose linear colour is nearest.
-class Encoder {
+/// Levels in the format of an image.
+class Encoded {
  public:
-  explicit Encoder(const std::array<float, 256>& decoded) {
-    for (std::size_t i = 0; i + 1 < decoded.size(); ++i) {
-      middle_[i] = 0.5f * (decoded[i] + decoded[i + 1]);
+  Encoded(const Texels& image, bool decode, std::size_t texels)
+      : image_(image), bytes_(image.bytes.empty() ? 0 : texels), words_(image.words.empty() ? 0 : texels) {
+    floats_.reserve(image.floats.empty() ? 0 : 4 * texels);
+    if (image.floats.empty()) {
+      color_.emplace(image, decode);
+      alpha_.emplace(image, false);
     }
   }
-  std::uint32_t operator()(float linear) const {
-    return static_cast<std::uint32_t>(std::ranges::lower_bound(middle_, linear) - middle_.begin());
+
+  void append(const Level& level) {
+    if (!color_) {
+      floats_.insert(floats_.end(), level.values.begin(), level.values.end());
+      return;
+    }
+    for (std::size_t i = 0; i < level.values.size(); ++i) {
+      const std::uint64_t value = (i % 4 == 3 ? *alpha_ : *color_)(level.values[i]);
+      if (words_.empty()) {
+        bytes_[size_ + i / 4] |= static_cast<std::uint32_t>(value) << (8 * (i % 4));
+      } else {
+        words_[size_ + i / 4] |= value << (16 * (i % 4));
+      }
+    }
+    size_ += level.values.size() / 4;
+  }
+  Texels texels() && {
+    const auto width = static_cast<int>(color_ ? size_ : floats_.size() / 4);
+    return {width, 1, std::move(bytes_), std::move(floats_), image_.encoded, std::move(words_), image_.half};
   }
 
  private:
-  std::array<float, 255> middle_{};
+  const Texels& image_;
+  std::optional<TexelEncoder> color_, alpha_;  ///< none for floats
+  std::vector<std::uint32_t> bytes_;
+  std::vector<std::uint64_t> words_;
+  std::vector<float> floats_;
+  std::size_t size_ = 0;  ///< texels so far
 };
-
-void append(const Level& level, const Encoder& encode, std::vector<std::uint32_t>& bytes) {
-  for (std::size_t i = 0; i < level.values.size(); i += 4) {
-    const float* const v = &level.values[i];
-    const auto alpha = static_cast<std::uint32_t>(v[3] * 255 + 0.5f);
-    bytes.push_back(encode(v[0]) | encode(v[1]) << 8 | encode(v[2]) << 16 | alpha << 24);
-  }
-}
 
 /// Calls `visit(width, height)` for each level.
 template <class Visit>
@@ -162,7 +181,7 @@ void for_each_level(const Texels& image, const Visit& visit) {
 
 }  // namespace
 
-TexturePyramid::TexturePyramid(const Texels& image, const std::array<float, 256>& decoded, Weight weight) {
+TexturePyramid::TexturePyramid(const Texels& image, bool decode, Weight weight) {
   std::size_t total = 0;
   for_each_level(image, [&](int width, int height) {
     width_.push_back(static_cast<std::uint32_t>(width));
@@ -170,28 +189,19 @@ TexturePyramid::TexturePyramid(const Texels& image, const std::array<float, 256>
     first_.push_back(static_cast<std::uint32_t>(total));
     total += count(width, height);
   });
-  const bool has_bytes = !image.bytes.empty();
-  const Encoder encode(decoded);
-  std::vector<std::uint32_t> bytes;
-  std::vector<float> floats;
-  bytes.reserve(has_bytes ? total : 0);
-  floats.reserve(has_bytes ? 0 : 4 * total);
+  Encoded encoded(image, decode, total);
   Level level;
   for (std::uint32_t i = 0; i < levels(); ++i) {
-    level = i == 0 ? reduce(image, decoded, weight) : reduce(level, weight);
-    if (has_bytes) {
-      append(level, encode, bytes);
-    } else {
-      floats.insert(floats.end(), level.values.begin(), level.values.end());
-    }
+    level = i == 0 ? reduce(image, decode, weight) : reduce(level, weight);
+    encoded.append(level);
   }
-  texels_ = {static_cast<int>(total), 1, std::move(bytes), std::move(floats), image.encoded};
+  texels_ = std::move(encoded).texels();
 }
 
 std::uint64_t pyramid_bytes(const Texels& image) {
   std::uint64_t texels = 0;
   for_each_level(image, [&](int width, int height) { texels += count(width, height); });
-  return texels * (image.bytes.empty() ? 16 : 4);
+  return texels * (!image.bytes.empty() ? 4 : !image.words.empty() ? 8 : 16);
 }
 
 }  // namespace lightmill

@@ -17,10 +17,10 @@ class TexturePyramid {
     area,
     alpha,  ///< colours count by their alpha: what lies behind a cut-out shape does not tint its edge
   };
-  /// `decoded`: linear colour by byte, ascending.
-  TexturePyramid(const Texels& image, const std::array<float, 256>& decoded, Weight weight);
+  /// `decode`: as in TextureSettings.
+  TexturePyramid(const Texels& image, bool decode, Weight weight);
 
-  /// All levels, one after the other, in the format of the image. Bytes are rounded to the nearest linear colour.
+  /// All levels, one after the other, in the format of the image. They are rounded to the nearest linear colour.
   const Texels& texels() const { return texels_; }
   std::uint32_t levels() const { return static_cast<std::uint32_t>(width_.size()); }
 

@@ -59,15 +59,12 @@ std::string pfm_file() {
   return file;
 }
 
-}  // namespace
-
-std::string image_file(const std::string& format, float value, const std::string& compression) {
+std::string written(const std::string& format, OIIO::TypeDesc type, float value, const std::string& compression) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / ("image." + format)).string();
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path);
   LM_CHECK(output != nullptr, "{}", OIIO::geterror());
-  const bool is_float = format == "exr" || format == "hdr";
-  OIIO::ImageSpec spec(kSide, kSide, 3, is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+  OIIO::ImageSpec spec(kSide, kSide, 3, type);
   if (!compression.empty()) {
     spec.attribute("compression", compression);
   }
@@ -77,10 +74,24 @@ std::string image_file(const std::string& format, float value, const std::string
   return read_file(path).value();
 }
 
+}  // namespace
+
+std::string image_file(const std::string& format, float value, const std::string& compression) {
+  const bool is_float = format == "exr" || format == "hdr";
+  return written(format, is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8, value, compression);
+}
+
+std::string image_file_of_words(const std::string& format, float value) {
+  return written(format, format == "exr" ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::UINT16, value, "");
+}
+
 std::vector<ImageFile> readable_image_files() {
   std::vector<ImageFile> files{{"psd", psd_file()}, {"dds", dds_file()}, {"pfm", pfm_file()}};
   for (const char* format : {"png", "jpg", "exr", "tif", "tga", "bmp", "gif", "webp", "ppm", "hdr"}) {
     files.push_back({format, image_file(format, 0.5f)});
+  }
+  for (const char* format : {"png", "tif", "exr"}) {
+    files.push_back({format, image_file_of_words(format, 0.5f)});
   }
   files.push_back({"hdr", turned_radiance_file()});
   files.push_back({"exr", cropped_exr_file()});

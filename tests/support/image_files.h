@@ -21,4 +21,7 @@ std::vector<ImageFile> refused_image_files();
 /// An image of one value, written by OpenImageIO. `compression` is OpenImageIO's name.
 std::string image_file(const std::string& format, float value, const std::string& compression = "");
 
+/// The same with 16 bits per channel: half floats in EXR files, else integers.
+std::string image_file_of_words(const std::string& format, float value);
+
 }  // namespace lightmill::test

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/image/read/opened_image.h"
-#include "common/image/texels.h"
+#include "common/image/texel_values.h"
 
 namespace lightmill {
 namespace {
@@ -11,15 +11,21 @@ namespace {
 Result<Texels> read(ByteView bytes, std::int64_t max_pixels) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<OpenedImage> image, OpenedImage::open(bytes));
   LM_RETURN_IF_ERROR(image->check_limit(max_pixels));
-  const bool words = image->size().bytes_per_pixel == 4;
-  std::vector<std::uint32_t> packed(words ? image->size().pixels() : 0);
-  std::vector<float> floats(words ? 0 : 4 * image->size().pixels());
-  auto* next = words ? reinterpret_cast<std::byte*>(packed.data()) : reinterpret_cast<std::byte*>(floats.data());
+  const ImageSize size = image->size();
+  Texels out{image->width(), image->height(), {}, {}, image->encoded(), {}, image->half()};
+  std::vector<std::uint32_t> packed(size.bytes_per_pixel == 4 ? size.pixels() : 0);
+  std::vector<std::uint64_t> words(size.bytes_per_pixel == 8 ? size.pixels() : 0);
+  std::vector<float> floats(size.bytes_per_pixel == 16 ? 4 * size.pixels() : 0);
+  auto* next = reinterpret_cast<std::byte*>(packed.data());
+  next = words.empty() ? next : reinterpret_cast<std::byte*>(words.data());
+  next = floats.empty() ? next : reinterpret_cast<std::byte*>(floats.data());
   LM_RETURN_IF_ERROR(image->read([&](ByteView rows) {
     next = std::ranges::copy(rows, next).out;
     return ok_status();
   }));
-  Texels out{image->width(), image->height(), std::move(packed), std::move(floats), image->encoded()};
+  out.bytes = std::move(packed);
+  out.words = std::move(words);
+  out.floats = std::move(floats);
   LM_RETURN_IF_ERROR(check_finite(out));
   return out;
 }
@@ -29,6 +35,20 @@ Result<Texels> read(ByteView bytes, std::int64_t max_pixels) {
 Result<Texels> read_image_within(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
   Result<Texels> texels = read(bytes, max_pixels);
   return texels.ok() ? std::move(texels) : Result<Texels>(with_context(texels.status(), name));
+}
+
+std::vector<float> values_of(const Texels& texels) {
+  if (!texels.floats.empty()) {
+    return {texels.floats.begin(), texels.floats.end()};
+  }
+  const std::span<const float> values = texel_values(texels, false);
+  std::vector<float> out;
+  for (std::size_t pixel = 0; pixel < texels.bytes.size() + texels.words.size(); ++pixel) {
+    for (std::size_t channel = 0; channel < 4; ++channel) {
+      out.push_back(values[component(texels, pixel, channel)]);
+    }
+  }
+  return out;
 }
 
 Result<ImageSize> read_size(ByteView bytes, const std::string& name) {

@@ -46,7 +46,8 @@ Status status_of(const DecodeReply& reply) {
 
 Status check_image_reply(const DecodeReply& reply) {
   LM_RETURN_IF_ERROR(status_of(reply));
-  const bool sound = reply.width > 0 && reply.height > 0 && (reply.bytes_per_pixel == 4 || reply.bytes_per_pixel == 16);
+  const bool known = reply.bytes_per_pixel == 4 || reply.bytes_per_pixel == 8 || reply.bytes_per_pixel == 16;
+  const bool sound = known && reply.width > 0 && reply.height > 0;
   return sound ? ok_status() : invalid_argument("the image is damaged: its decoder sent an invalid reply");
 }
 
@@ -110,6 +111,9 @@ Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& 
   texels = {head.width, head.height, {}, {}, head.encoded != 0};
   if (head.bytes_per_pixel == 4) {
     texels.bytes = {owner, {static_cast<const std::uint32_t*>(start), count}};
+  } else if (head.bytes_per_pixel == 8) {
+    texels.words = {owner, {static_cast<const std::uint64_t*>(start), count}};
+    texels.half = head.half != 0;
   } else {
     texels.floats = {owner, {static_cast<const float*>(start), 4 * count}};
   }

@@ -55,7 +55,7 @@ class DecoderProcess {
   /// Size as in the file's header.
   Result<ImageSize> size(ByteView bytes, const std::string& name);
   /// Decodes the bytes of an image file. `name` is only for messages, which begin with it. Files with 8 bits per
-  /// channel give bytes, others floats. 8- and 16-bit integers count as encoded, floats as linear. Colours are not
+  /// channel give bytes, those with integers or half floats of 16 bits words, others floats. 8- and 16-bit integers count as encoded, floats as linear. Colours are not
   /// multiplied by alpha. Properties in the header that change pixels are applied (OpenedImage). Of several images or
   /// mip levels, the first is read. Fails for files that are no image, for more than `max_pixels` and for values that
   /// are not finite. Pixels are received while the next ones are decoded.

@@ -40,7 +40,7 @@ struct DecodeReply {
   std::int32_t code = 0;  ///< a StatusCode
   std::int32_t width = 0, height = 0;
   std::uint32_t bytes_per_pixel = 0;
-  std::uint32_t encoded = 0;
+  std::uint32_t encoded = 0, half = 0;
   std::uint32_t orientation = 0, gamma = 0, profile = 0;  ///< IgnoredProperties
   std::uint64_t vertices = 0, triangles = 0;              ///< of a mesh
   std::array<char, 1000> text{};                          ///< error message without the file's name

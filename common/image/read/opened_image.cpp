@@ -161,8 +161,15 @@ Status OpenedImage::set_colors() {
   return ok_status();
 }
 
+bool OpenedImage::half() const {
+  const OIIO::ImageSpec& spec = input_->spec();
+  return spec.format == OIIO::TypeDesc::HALF && spec.channelformats.empty() && !to_linear_;
+}
+
 ImageSize OpenedImage::size() const {
-  return {frame_.width, frame_.height, input_->spec().format.basesize() == 1 ? 4u : 16u, ignored()};
+  const OIIO::TypeDesc type = input_->spec().format;
+  const bool words = half() || type == OIIO::TypeDesc::UINT16;
+  return {frame_.width, frame_.height, type.basesize() == 1 ? 4u : words ? 8u : 16u, ignored()};
 }
 
 IgnoredProperties OpenedImage::ignored() const {
@@ -202,7 +209,7 @@ std::vector<T> OpenedImage::moved(const std::vector<T>& stored) const {
 }
 
 template <class T>
-Status OpenedImage::read_as(T opaque, const PixelSink& sink) {
+Status OpenedImage::read_as(OIIO::TypeDesc type, T opaque, const PixelSink& sink) {
   const OIIO::ImageSpec& spec = input_->spec();
   const int channels = std::min(spec.nchannels, 4);
   const bool in_place =
@@ -217,10 +224,9 @@ Status OpenedImage::read_as(T opaque, const PixelSink& sink) {
     const int end = std::min(begin + band, stored_.height);
     pixels.resize(static_cast<std::size_t>(end - begin) * row);
     const auto stride = static_cast<OIIO::stride_t>(row * sizeof(T));
-    constexpr OIIO::TypeDesc kType = OIIO::BaseTypeFromC<T>::value;
-    if (!(in_bands ? input_->read_scanlines(0, 0, spec.y + begin, spec.y + end, spec.z, 0, channels, kType,
+    if (!(in_bands ? input_->read_scanlines(0, 0, spec.y + begin, spec.y + end, spec.z, 0, channels, type,
                                             pixels.data(), 4 * sizeof(T), stride)
-                   : input_->read_image(0, 0, 0, channels, kType, pixels.data(), 4 * sizeof(T), stride))) {
+                   : input_->read_image(0, 0, 0, channels, type, pixels.data(), 4 * sizeof(T), stride))) {
       return invalid_argument("the image is damaged: not all of its pixels can be read{}. Save it again",
                               reason(input_->geterror()));
     }
@@ -244,7 +250,16 @@ void OpenedImage::convert(std::vector<float>& pixels) const {
 }
 
 Status OpenedImage::read(const PixelSink& sink) {
-  return size().bytes_per_pixel == 4 ? read_as<std::uint8_t>(255, sink) : read_as<float>(1.0f, sink);
+  constexpr std::uint16_t kHalfOfOne = 0x3c00, kMostOfWord = 0xffff;
+  switch (size().bytes_per_pixel) {
+    case 4:
+      return read_as<std::uint8_t>(OIIO::TypeDesc::UINT8, 255, sink);
+    case 8:
+      return half() ? read_as<std::uint16_t>(OIIO::TypeDesc::HALF, kHalfOfOne, sink)
+                    : read_as<std::uint16_t>(OIIO::TypeDesc::UINT16, kMostOfWord, sink);
+    default:
+      return read_as<float>(OIIO::TypeDesc::FLOAT, 1.0f, sink);
+  }
 }
 
 }  // namespace lightmill

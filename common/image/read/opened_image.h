@@ -36,8 +36,9 @@ class OpenedImage {
   std::uint64_t most_pixels() const;
   /// Integer values, which are sRGB-encoded unless the scene says otherwise.
   bool encoded() const { return !input_->spec().format.is_floating_point(); }
-  /// Gives all pixels from the top in the layout of Texels: words if size() says 4 bytes per pixel, else four floats
-  /// per pixel. They are zero where the file has none. Most files are read in bands, which stay in the processor's
+  /// Values of half floats, which need no conversion.
+  bool half() const;
+  /// Gives all pixels from the top in the layout of Texels, with as many bytes per pixel as size() says. They are zero where the file has none. Most files are read in bands, which stay in the processor's
   /// cache. Stops at an error of `sink`.
   Status read(const PixelSink& sink);
 
@@ -47,12 +48,14 @@ class OpenedImage {
   Status place();
   IgnoredProperties ignored() const;
   Status set_colors();
+  /// `type`: of T, or of half floats if these are words.
   template <class T>
-  Status read_as(T opaque, const PixelSink& sink);
+  Status read_as(OIIO::TypeDesc type, T opaque, const PixelSink& sink);
   template <class T>
   std::vector<T> moved(const std::vector<T>& stored) const;
   void convert(std::vector<float>& pixels) const;
-  void convert(const std::vector<std::uint8_t>&) const {}
+  template <class Integer>
+  void convert(const std::vector<Integer>&) const {}
 
   ByteView bytes_;
   std::unique_ptr<OIIO::Filesystem::IOProxy> source_;

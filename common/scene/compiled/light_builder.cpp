@@ -3,8 +3,8 @@
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
+#include "common/image/texel_values.h"
 #include "common/lights/photometry.h"
-#include "common/materials/texture.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/transform.h"
 #include "common/scene/validate/validate.h"
@@ -47,23 +47,15 @@ std::uint64_t peak_bytes(const Texels& texels) {
 /// Linear RGB without negative values.
 std::vector<float> linear_rgb(const Texels& texels) {
   const std::size_t pixels = static_cast<std::size_t>(texels.width) * static_cast<std::size_t>(texels.height);
-  std::array<float, 256> of_byte{};
-  for (std::size_t i = 0; i < of_byte.size(); ++i) {
-    const double value = static_cast<double>(i) / 255;
-    of_byte[i] = static_cast<float>(texels.encoded ? srgb_decode_fixed(value) : value);
-  }
+  const bool floats = !texels.floats.empty();
+  const std::span<const float> values = floats ? std::span<const float>() : texel_values(texels, texels.encoded);
   std::vector<float> out;
   out.reserve(3 * pixels);
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
-      float value = 0;
-      if (texels.floats.empty()) {
-        value = of_byte[texels.bytes[pixel] >> (8 * channel) & 255];
-      } else {
-        value = std::max(texels.floats[4 * pixel + channel], 0.0f);
-        value = texels.encoded ? static_cast<float>(srgb_decode_fixed(std::min(value, 1.0f))) : value;
-      }
-      out.push_back(value);
+      float value = floats ? texels.floats[4 * pixel + channel] : values[component(texels, pixel, channel)];
+      value = std::max(value, 0.0f);
+      out.push_back(floats && texels.encoded ? static_cast<float>(srgb_decode_fixed(std::min(value, 1.0f))) : value);
     }
   }
   return out;

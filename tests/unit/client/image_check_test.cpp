@@ -67,6 +67,8 @@ TEST(ImageCheck, BadImagesAreRefusedWithTheirPlace) {
   }
   EXPECT_EQ(problem("a.exr", exr({0, std::numeric_limits<float>::infinity()})),
             "place: a.exr: pixel (1, 0) is not finite");
+  EXPECT_EQ(problem("a.exr", test::image_file_of_words("exr", std::numeric_limits<float>::infinity())),
+            "place: a.exr: pixel (0, 0) is not finite");
 }
 
 TEST(ImageCheck, AnEnvironmentHasALimit) {
@@ -81,6 +83,12 @@ TEST(ImageCheck, NegativeValuesAreReportedOnce) {
   loaded.images.push_back(loaded.images.front());
   ASSERT_TRUE(check(loaded).ok());
   EXPECT_EQ(loaded.notices, std::vector<std::string>{"place: a.exr: negative values count as 0 (pixels: 2 of 4)"});
+  LoadedScene halves = scene_with("a.exr", test::image_file_of_words("exr", -0.5f), false);
+  ASSERT_TRUE(check(halves).ok());
+  EXPECT_EQ(halves.notices, std::vector<std::string>{"place: a.exr: negative values count as 0 (pixels: 256 of 256)"});
+  LoadedScene zero = scene_with("a.exr", test::image_file_of_words("exr", -0.0f), false);
+  ASSERT_TRUE(check(zero).ok());
+  EXPECT_TRUE(zero.notices.empty());
 }
 
 TEST(ImageCheck, AnEnvironmentThatIsNotTwiceAsWideAsHighHasANotice) {

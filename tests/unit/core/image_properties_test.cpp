@@ -224,9 +224,10 @@ TEST(ImageProperties, AreAppliedOrRefusedByName) {
     ASSERT_TRUE(texels.ok()) << texels.status();
     ASSERT_EQ(texels->height, static_cast<int>(property.expected.size()));
     ASSERT_EQ(texels->width, static_cast<int>(property.expected.front().size()));
-    ASSERT_EQ(texels->floats.size(), 4u * property.expected.size() * property.expected.front().size());
+    const std::vector<float> values = values_of(*texels);
+    ASSERT_EQ(values.size(), 4u * property.expected.size() * property.expected.front().size());
     const bool radiance = property.name.starts_with("Radiance");
-    for (std::size_t i = 0; i < texels->floats.size(); ++i) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
       if (i % 4 == 3) {
         continue;
       }
@@ -234,7 +235,7 @@ TEST(ImageProperties, AreAppliedOrRefusedByName) {
       const float expected = property.expected[pixel / width][pixel % width][i % 4];
       // Published matrices have four digits. Radiance's decoders may add half a step of the mantissa.
       const float most = *std::ranges::max_element(property.expected[pixel / width][pixel % width]);
-      EXPECT_NEAR(texels->floats[i], expected, 2e-4f + (radiance ? most / 128 : 0)) << pixel << " " << i % 4;
+      EXPECT_NEAR(values[i], expected, 2e-4f + (radiance ? most / 128 : 0)) << pixel << " " << i % 4;
     }
   }
 }
@@ -322,9 +323,9 @@ TEST(ImageProperties, PixelsOutsideOfTheDataWindowAreTransparent) {
   const std::string file = exr_file({0, 0, 3, 1}, {1, 0, 1, 1}, color_at);
   const Result<Texels> texels = read_image(as_byte_view(file), "a.exr");
   ASSERT_TRUE(texels.ok()) << texels.status();
-  EXPECT_EQ(texels->floats[3], 0);
-  EXPECT_EQ(texels->floats[7], 1);
-  EXPECT_EQ(texels->floats[11], 0);
+  EXPECT_EQ(values_of(*texels)[3], 0);
+  EXPECT_EQ(values_of(*texels)[7], 1);
+  EXPECT_EQ(values_of(*texels)[11], 0);
 }
 
 // A display window of few pixels does not let a file have many.

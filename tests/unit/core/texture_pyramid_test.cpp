@@ -30,6 +30,20 @@ std::shared_ptr<const Texels> random_floats(int width, int height) {
   return std::make_shared<Texels>(Texels{width, height, {}, std::move(values), false});
 }
 
+/// Hashed 16-bit integers, or half floats in [0, 1].
+std::shared_ptr<const Texels> random_words(int width, int height, bool half) {
+  std::vector<std::uint64_t> words;
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(width * height); ++i) {
+    std::uint64_t word = 0;
+    for (std::uint32_t channel = 0; channel < 4; ++channel) {
+      const std::uint32_t hashed = mix(4 * i + channel) & 0xffff;
+      word |= std::uint64_t{half ? hashed % 0x3c01 : hashed} << (16 * channel);
+    }
+    words.push_back(word);
+  }
+  return std::make_shared<Texels>(Texels{width, height, {}, {}, false, std::move(words), half});
+}
+
 Texture with_pyramid(Texture texture, TexturePyramid::Weight weight = TexturePyramid::Weight::area) {
   texture.use_pyramid(std::make_shared<const TexturePyramid>(texture.make_pyramid(weight)));
   return texture;
@@ -52,7 +66,7 @@ std::array<std::uint32_t, 3> level_of(const TexturePyramid& pyramid, std::uint32
 }
 
 TEST(TexturePyramid, HalvesRoundedUpToOneTexel) {
-  const TexturePyramid pyramid(*random_floats(13, 2), {}, TexturePyramid::Weight::area);
+  const TexturePyramid pyramid(*random_floats(13, 2), false, TexturePyramid::Weight::area);
   ASSERT_EQ(pyramid.levels(), 4u);
   EXPECT_EQ(level_of(pyramid, 1), (std::array<std::uint32_t, 3>{7, 1, 0}));
   EXPECT_EQ(level_of(pyramid, 2), (std::array<std::uint32_t, 3>{4, 1, 7}));
@@ -61,7 +75,8 @@ TEST(TexturePyramid, HalvesRoundedUpToOneTexel) {
   EXPECT_EQ(pyramid.texels().floats.size(), 4u * 14);
   EXPECT_EQ(pyramid_bytes(*random_floats(13, 2)), 16u * 14);
   EXPECT_EQ(pyramid_bytes(*random_bytes(13, 2)), 4u * 14);
-  EXPECT_EQ(TexturePyramid(*random_floats(1, 1), {}, TexturePyramid::Weight::area).levels(), 0u);
+  EXPECT_EQ(pyramid_bytes(*random_words(13, 2, true)), 8u * 14);
+  EXPECT_EQ(TexturePyramid(*random_floats(1, 1), false, TexturePyramid::Weight::area).levels(), 0u);
 }
 
 /// The integral of one channel over [x0, x1] × [y0, y1], in texels from the upper left corner, over its area.
@@ -83,7 +98,7 @@ TEST(TexturePyramid, TexelsAreMeansOverTheirAreas) {
   // Below a level of an odd size, texels share neighbours. So only the first level, and the last, are exact there.
   for (const auto& [width, height] : {std::pair{16, 8}, {5, 3}, {7, 1}, {1, 6}, {33, 20}}) {
     const auto image = random_floats(width, height);
-    const TexturePyramid pyramid(*image, {}, TexturePyramid::Weight::area);
+    const TexturePyramid pyramid(*image, false, TexturePyramid::Weight::area);
     const bool powers =
         std::has_single_bit(static_cast<unsigned>(width)) && std::has_single_bit(static_cast<unsigned>(height));
     for (std::uint32_t level = 1; level <= pyramid.levels(); ++level) {
@@ -128,18 +143,79 @@ TEST(TexturePyramid, BytesRoundToTheNearestLinearColour) {
   }
 }
 
+/// The value of a 16-bit float, by its definition (IEEE 754).
+double half_value(std::uint32_t bits) {
+  const int exponent = static_cast<int>(bits >> 10 & 31);
+  const double fraction = (bits & 1023) / 1024.0, sign = bits >> 15 == 0 ? 1 : -1;
+  return sign * (exponent == 0 ? std::ldexp(fraction, -14) : std::ldexp(1 + fraction, exponent - 15));
+}
+
+TEST(Texture, WordsStandForIntegersOrHalfFloats) {
+  for (const bool half : {false, true}) {
+    for (const bool decode : {false, true}) {
+      const auto image = random_words(9, 1, half);
+      const Texture texture(image, {TextureFilter::nearest, {}, decode});
+      for (std::size_t x = 0; x < 9; ++x) {
+        const auto value = [&](std::size_t channel) {
+          const std::uint32_t bits = component(*image, x, channel);
+          return half ? half_value(bits) : bits / 65535.0;
+        };
+        const auto color = [&](std::size_t channel) {
+          return decode ? srgb_decode_fixed(value(channel)) : value(channel);
+        };
+        const Texture::Rgba8 found = texture.lookup(F8((static_cast<float>(x) + 0.5f) / 9), F8(0.5f), M8(true));
+        alignas(32) float out[4][8];
+        found.rgb.x.store(out[0]);
+        found.rgb.y.store(out[1]);
+        found.rgb.z.store(out[2]);
+        found.alpha.store(out[3]);
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+          EXPECT_EQ(out[channel][2], static_cast<float>(color(channel))) << half << decode << x;
+        }
+        EXPECT_EQ(out[3][2], static_cast<float>(value(3))) << half << decode << x;
+      }
+    }
+  }
+  EXPECT_EQ(texel_values(*random_words(1, 1, true), false)[0xc100], -2.5f);
+  EXPECT_EQ(texel_values(*random_words(1, 1, true), false)[0x7bff], 65504);
+  EXPECT_EQ(texel_values(*random_words(1, 1, true), true)[0xc100], 0) << "clamped";
+  EXPECT_EQ(texel_values(*random_words(1, 1, true), true)[0x7bff], 1) << "clamped";
+}
+
+TEST(TexturePyramid, WordsRoundToTheNearestValue) {
+  for (const bool half : {false, true}) {
+    for (const bool decode : {false, true}) {
+      const auto image = random_words(4, 2, half);
+      const Texture texture(image, {TextureFilter::bilinear, {}, decode});
+      const TexturePyramid pyramid = texture.make_pyramid(TexturePyramid::Weight::area);
+      EXPECT_EQ(size_bytes(pyramid.texels()), pyramid_bytes(*image));
+      const std::span<const float> values = texel_values(*image, decode);
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        double mean = 0;
+        for (std::size_t pixel = 0; pixel < 8; ++pixel) {
+          mean += values[component(*image, pixel, channel)] / 8.0;
+        }
+        // The last level: at most one rounding, because levels are computed before they are rounded.
+        const std::uint32_t word = component(pyramid.texels(), 2, channel);
+        const double half_step = std::max(values[word + 1] - values[word], values[word] - values[word - 1]) / 2;
+        EXPECT_NEAR(values[word], mean, half_step + 1e-6) << half << decode << channel;
+      }
+    }
+  }
+}
+
 // A bright leaf on black.
 TEST(TexturePyramid, CutOutShapesKeepTheirColour) {
   const auto image = std::make_shared<Texels>(
       Texels{4, 1, {}, std::vector<float>{0, 0, 0, 0, 0.8f, 0.4f, 0.2f, 1, 0.3f, 0, 0, 0, 0.5f, 0, 0, 0}, false});
   const auto red = [&](TexturePyramid::Weight weight, std::size_t texel) {
-    return TexturePyramid(*image, {}, weight).texels().floats[4 * texel];
+    return TexturePyramid(*image, false, weight).texels().floats[4 * texel];
   };
   EXPECT_NEAR(red(TexturePyramid::Weight::area, 0), 0.4f, 1e-6f);
   EXPECT_NEAR(red(TexturePyramid::Weight::alpha, 0), 0.8f, 1e-5f);
   EXPECT_NEAR(red(TexturePyramid::Weight::alpha, 1), 0.4f, 1e-6f) << "all transparent: the plain mean";
   EXPECT_NEAR(red(TexturePyramid::Weight::alpha, 2), 0.8f, 1e-5f);
-  EXPECT_EQ(TexturePyramid(*image, {}, TexturePyramid::Weight::alpha).texels().floats[3], 0.5f);
+  EXPECT_EQ(TexturePyramid(*image, false, TexturePyramid::Weight::alpha).texels().floats[3], 0.5f);
 }
 
 TEST(TextureFootprint, BelowTwoTexelsTheImageIsUnchanged) {

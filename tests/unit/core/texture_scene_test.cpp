@@ -53,8 +53,9 @@ TEST(ReadImage, ColoursAreNotMultipliedByAlpha) {
   const auto deep = read_image(as_byte_view(words), "leaf.png");
   ASSERT_TRUE(deep.ok()) << message_of(deep.status());
   const std::array<float, 4> expected{200 / 255.0f, 0, 1, 64 / 255.0f};
+  EXPECT_EQ(deep->words, std::vector<std::uint64_t>{0x4040ffff0000c8c8}) << "16 bits stay 16 bits";
   for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_NEAR(deep->floats[i], expected[i], 1e-6f) << i;
+    EXPECT_NEAR(values_of(*deep)[i], expected[i], 1e-6f) << i;
   }
 }
 

@@ -55,6 +55,8 @@ TEST(DecoderProcess, EachFormatHasThePixelsThatItsReaderGives) {
     EXPECT_EQ(there->height, here->height) << file.format;
     EXPECT_EQ(there->encoded, here->encoded) << file.format;
     EXPECT_TRUE(there->bytes == here->bytes) << file.format;
+    EXPECT_TRUE(there->words == here->words) << file.format;
+    EXPECT_EQ(there->half, here->half) << file.format;
     EXPECT_TRUE(there->floats == here->floats) << file.format;
     const Result<ImageSize> size = decoder.size(bytes, file.format);
     ASSERT_TRUE(size.ok()) << size.status();
