@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/image/texel_values.h"
+#include "common/materials/texel_values.h"
 #include "common/materials/texture_pyramid.h"
 #include "common/math/vec.h"
 

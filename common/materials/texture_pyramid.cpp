@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "common/image/texel_values.h"
+#include "common/materials/texel_values.h"
 
 namespace lightmill {
 namespace {

@@ -15,15 +15,19 @@ struct Lobes {
   std::array<double, 2> alphas{};
   int count = 0;
   bool diffuse = false;
-  bool mapped = false;  ///< the first lobe has a roughness map
+  std::array<bool, 2> mapped{};  ///< its roughness has a map
 
-  void add(double roughness) { alphas[static_cast<std::size_t>(count++)] = roughness * roughness; }
+  void add(double roughness, bool has_map = false) {
+    const auto i = static_cast<std::size_t>(count++);
+    alphas[i] = roughness * roughness;
+    mapped[i] = has_map;
+  }
   /// The number of lobes below this alpha.
   int below(double alpha) const {
     int n = 0;
-    for (int i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       // In single precision, as in the renderer. Mapped lobes count as having a density.
-      n += static_cast<float>(alphas[static_cast<std::size_t>(i)]) < static_cast<float>(alpha) && !(mapped && i == 0);
+      n += static_cast<float>(alphas[i]) < static_cast<float>(alpha) && !mapped[i];
     }
     return n;
   }
@@ -33,17 +37,18 @@ Lobes lobes_of(const PrincipledMaterial& m, const Material& material) {
   const bool metallic_map = material.metallic_map.texture != kNoTexture;
   const bool all_metal = m.metallic >= 1 && !metallic_map;
   Lobes lobes;
-  const bool sheen = !is_black(m.sheen_color) && (m.transmission < 1 || m.metallic > 0);
-  lobes.diffuse = (!all_metal && m.transmission < 1 && !(is_black(m.base_color) && is_black(m.transmittance))) || sheen;
-  const bool gloss = !all_metal && m.transmission < 1 && m.specular > 0;
+  const bool plastic = m.least_transmission() < 1;
+  const bool sheen = !is_black(m.sheen_color) && (plastic || m.metallic > 0);
+  lobes.diffuse = (!all_metal && plastic && !(is_black(m.base_color) && is_black(m.transmittance))) || sheen;
+  const bool gloss = !all_metal && plastic && m.specular > 0;
   const bool metal = m.metallic > 0;  // also a black one, at grazing angles
   const bool glass = !all_metal && m.transmission > 0;
   if (gloss || metal || glass) {
-    lobes.add(gloss || metal ? mean_roughness(m.roughness, m.anisotropy) : m.roughness);
-    lobes.mapped = material.roughness_map.texture != kNoTexture;
+    lobes.add(gloss || metal ? mean_roughness(m.roughness, m.anisotropy) : m.roughness,
+              material.roughness_map.texture != kNoTexture);
   }
   if (m.coat > 0) {
-    lobes.add(m.coat_roughness);
+    lobes.add(m.coat_roughness, m.coat_roughness_map.texture != kNoTexture);
   }
   return lobes;
 }
@@ -60,8 +65,8 @@ Lobes lobes_of(const Material& material) {
                         },
                         [&](const DielectricMaterial& m) {
                           // With an index near 1 the lobe is so narrow that it counts as a delta (see RoughDielectric8).
-                          lobes.add(m.roughness * m.roughness * std::abs(m.ior - 1) < 1e-5 ? 0 : m.roughness);
-                          lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
+                          lobes.add(m.roughness * m.roughness * std::abs(m.ior - 1) < 1e-5 ? 0 : m.roughness,
+                                    material.roughness_map.texture != kNoTexture && m.roughness > 0);
                         },
                         [&](const PhongMaterial& m) {
                           lobes.diffuse = !is_black(m.diffuse);
@@ -71,8 +76,8 @@ Lobes lobes_of(const Material& material) {
                           }
                         },
                         [&](const ConductorMaterial& m) {
-                          lobes.add(mean_roughness(m.roughness, m.anisotropy));
-                          lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
+                          lobes.add(mean_roughness(m.roughness, m.anisotropy),
+                                    material.roughness_map.texture != kNoTexture && m.roughness > 0);
                         },
                         [&](const PrincipledMaterial& m) { lobes = lobes_of(m, material); },
                         [](const OneOf<ShadowCatcherMaterial, MixtureMaterial> auto&) {}},
@@ -88,9 +93,11 @@ NarrowLobes narrow_lobes(const Material& material) {
     return first == second ? first : NarrowLobes::some;
   }
   Lobes lobes = lobes_of(material);
-  if (lobes.mapped && is_caster(material)) {
-    lobes.alphas[0] = 0;
-    lobes.mapped = false;
+  for (std::size_t i = 0; i < lobes.mapped.size() && is_caster(material); ++i) {
+    if (lobes.mapped[i]) {
+      lobes.alphas[i] = 0;
+      lobes.mapped[i] = false;
+    }
   }
   const int narrow = lobes.below(kNarrowAlpha);
   if (narrow == 0) {

@@ -15,9 +15,10 @@ bool is_caster(const Material& material) {
                  [&](const ConductorMaterial& m) { return narrow(mean_roughness(m.roughness, m.anisotropy)); },
                  [&](const PrincipledMaterial& m) {
                    const bool metal = m.metallic == 1 && material.metallic_map.texture == kNoTexture;
-                   const bool glass = m.transmission == 1 && m.metallic == 0;
+                   const bool all_glass = m.least_transmission() == 1;
+                   const bool glass = all_glass && m.metallic == 0;
                    const double roughness = glass ? m.roughness : mean_roughness(m.roughness, m.anisotropy);
-                   return (metal || m.transmission == 1) && (glass || is_black(m.sheen_color)) && narrow(roughness) &&
+                   return (metal || all_glass) && (glass || is_black(m.sheen_color)) && narrow(roughness) &&
                           (m.coat == 0 || narrow(m.coat_roughness));
                  },
                  [](const MixtureMaterial& m) { return is_caster(*m.first) || is_caster(*m.second); }, receiver},
@@ -47,7 +48,9 @@ std::vector<CasterLobe> caster_lobes(const Material& material) {
                    const double base = m.metallic == 1 ? reflected(mean_roughness(m.roughness, m.anisotropy))
                                                        : refracted(m.roughness, m.ior);
                    const double coat = kCoatReflects * m.coat;
-                   return Lobes{{1 - coat, base}, {coat, m.coat_roughness * m.coat_roughness * kFromTheSide}};
+                   const bool smooth_coat = m.coat_roughness_map.texture != kNoTexture;
+                   const double of_coat = smooth_coat ? 0 : m.coat_roughness * m.coat_roughness * kFromTheSide;
+                   return Lobes{{1 - coat, base}, {coat, of_coat}};
                  },
                  [](const MixtureMaterial& m) {
                    Lobes lobes;

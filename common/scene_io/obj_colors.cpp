@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/image/texel_values.h"
+#include "common/materials/texel_values.h"
 #include "common/scene_io/statement_reader.h"
 
 namespace lightmill {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "common/base/text.h"
-#include "common/image/texel_values.h"
+#include "common/materials/texel_values.h"
 #include "common/scene_io/polygon.h"
 #include "common/scene_io/statement_reader.h"
 

@@ -66,6 +66,16 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
   if (m.transmittance != defaults.transmittance) {
     to_wire_textured(m.transmittance, textures, p->mutable_transmittance());
   }
+  const auto put = [&](const ScalarMap& map, auto field) {
+    if (map.texture != kNoTexture) {
+      to_wire_map(map, textures, (p->*field)());
+    }
+  };
+  put(m.specular_map, &v1::Material::Principled::mutable_specular_map);
+  put(m.transmission_map, &v1::Material::Principled::mutable_transmission_map);
+  put(m.coat_map, &v1::Material::Principled::mutable_coat_map);
+  put(m.coat_roughness_map, &v1::Material::Principled::mutable_coat_roughness_map);
+  put(m.sheen_roughness_map, &v1::Material::Principled::mutable_sheen_roughness_map);
 }
 void to_wire_kind(const ShadowCatcherMaterial&, const Textures&, v1::Material* out) {
   out->mutable_shadow_catcher();
@@ -151,6 +161,22 @@ Result<PrincipledMaterial> principled_from_wire(const std::string& path, const v
   out.sheen_roughness = p.has_sheen_roughness() ? p.sheen_roughness() : out.sheen_roughness;
   LM_RETURN_IF_ERROR(
       optional_color(path + ".transmittance", p.has_transmittance(), p.transmittance(), textures, out.transmittance));
+  struct Map {
+    const char* name;
+    bool given;
+    const v1::ScalarMap& from;
+    ScalarMap& to;
+  };
+  for (const auto& [name, given, from, to] :
+       {Map{".specular_map", p.has_specular_map(), p.specular_map(), out.specular_map},
+        Map{".transmission_map", p.has_transmission_map(), p.transmission_map(), out.transmission_map},
+        Map{".coat_map", p.has_coat_map(), p.coat_map(), out.coat_map},
+        Map{".coat_roughness_map", p.has_coat_roughness_map(), p.coat_roughness_map(), out.coat_roughness_map},
+        Map{".sheen_roughness_map", p.has_sheen_roughness_map(), p.sheen_roughness_map(), out.sheen_roughness_map}}) {
+    if (given) {
+      LM_ASSIGN_OR_RETURN(to, map_from_wire(path + name, from, textures));
+    }
+  }
   return out;
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/image/read/opened_image.h"
-#include "common/image/texel_values.h"
+#include "common/materials/texel_values.h"
 
 namespace lightmill {
 namespace {

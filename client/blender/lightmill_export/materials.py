@@ -207,6 +207,8 @@ class MaterialMaker:
             for name in ("anisotropy", "sheen"):
                 if p.get(name):
                     self.notices.node(closure.node, f"its {name} is left out of the mixture")
+            for value in p.get("images", {}).values():
+                self.reader.even(value, closure.node)
         return self.principled(parts[0][0].node, Value(color.rgb * min(total, 1.0), color.image), mean)
 
     def opaque(self, closure):
@@ -291,9 +293,10 @@ class MaterialMaker:
         if burley:
             ior, specular = self.old_gloss(numbers)
         roughness, directed = self.anisotropic(node, numbers["roughness"], numbers.get("anisotropy"))
+        means = {"specular": specular, "coat": numbers["coat"], "coat_roughness": numbers["coat_roughness"]}
         out = {"base_color": self.color(color, node, vertex=True),
-               "specular": specular, "transmission": numbers["transmission"], "ior": fitting_ior(ior),
-               "coat": numbers["coat"], "coat_roughness": numbers["coat_roughness"],
+               "transmission": numbers["transmission"], "ior": fitting_ior(ior), **means,
+               **self.images_of_layers(node, numbers, means),
                **self.scalar(roughness, node, "roughness"), **self.scalar(metallic, node, "metallic"), **directed,
                **self.sheen(color, node, numbers)}
         if burley and numbers["transmission"] < 1 and float(metallic.mean()[0]) < 1:
@@ -303,6 +306,14 @@ class MaterialMaker:
         if numbers["transmission"] > 0:
             self.without_holes(node)
         return surface("principled", out, numbers["multiple"])
+
+    def images_of_layers(self, node, numbers, means):
+        """The fields of the numbers that have images. `means` may be other multiples of them."""
+        out = {}
+        for name, value in numbers.get("images", {}).items():
+            factor = means[name] / numbers[name] if numbers[name] > 0 else 0.0
+            out.update(self.scalar(Value(value.rgb * factor, value.image), node, name))
+        return out
 
     def anisotropic(self, node, roughness, anisotropy):
         """The roughness in the document, and the fields of the anisotropy."""

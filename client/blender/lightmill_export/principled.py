@@ -28,6 +28,16 @@ def read(self, inside):
 
     def number(*names):
         return min(max(reader.number(inside.input(*names), node), 0.0), 1.0)
+
+    images = {}
+
+    def layer(name, *sockets, factor=1.0):
+        """The mean of a number. If it has an image, that is in `images`, too."""
+        value = scalar(*sockets)
+        if value.image is None or value.colors is not None:
+            return min(max(float(reader.even(value, node)[0]), 0.0), 1.0) * factor
+        images[name] = Value(value.rgb * factor, value.image)
+        return min(max(float(value.mean()[0]), 0.0), 1.0) * factor
     self.without(inside, "Sheen Weight", "Thin Film Thickness", "Diffuse Roughness")
     if OLD:
         self.without(inside, "Specular Tint")
@@ -36,9 +46,9 @@ def read(self, inside):
     if transmission < 1 and not equal(metallic, constant(1.0)):
         skin = subsurface(self, inside, skin.base, metallic, equal(opacity, constant(1.0)))
     numbers = {"metallic": metallic, "roughness": scalar("Roughness"), "transmission": transmission,
-               "specular": number("Specular IOR Level", "Specular"), "ior": reader.number(inside.input("IOR"), node),
-               "coat": number("Coat Weight", "Clearcoat") * (OLD_COAT if OLD else 1),
-               "coat_roughness": number("Coat Roughness", "Clearcoat Roughness"),
+               "specular": layer("specular", "Specular IOR Level", "Specular"), "ior": reader.number(inside.input("IOR"), node),
+               "coat": layer("coat", "Coat Weight", "Clearcoat", factor=OLD_COAT if OLD else 1.0),
+               "coat_roughness": layer("coat_roughness", "Coat Roughness", "Clearcoat Roughness"), "images": images,
                "multiple": node.distribution == "MULTI_GGX", **sheen(reader, inside), **skin.numbers}
     if numbers["transmission"] > 0:
         self.without(inside, "Anisotropic")

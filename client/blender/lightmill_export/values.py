@@ -35,7 +35,9 @@ def constant(*numbers):
 
 
 def equal(a, b):
-    """Whether two values, or two numbers, are the same everywhere."""
+    """Whether two values, two numbers, or two dictionaries of these, are the same everywhere."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(equal(a[name], b[name]) for name in a)
     if not isinstance(a, Value):
         return a == b
     if (a.image is None) != (b.image is None) or a.colors != b.colors or not np.array_equal(a.rgb, b.rgb):

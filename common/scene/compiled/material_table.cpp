@@ -168,6 +168,13 @@ void MaterialTable::add(const Material& material, const Material& owner, const s
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
   factor_map_.add(factor_map);
+  const auto* const principled = std::get_if<PrincipledMaterial>(&material.kind);
+  const PrincipledMaterial& maps = principled != nullptr ? *principled : PrincipledMaterial{};
+  specular_map_.add(maps.specular_map);
+  transmission_map_.add(maps.transmission_map);
+  coat_map_.add(maps.coat_map);
+  coat_roughness_map_.add(maps.coat_roughness_map);
+  sheen_roughness_map_.add(maps.sheen_roughness_map);
   opacity_.add(material.opacity, vertex_colors_);
   tinted_.push_back(tinted ? 1 : 0);
   emission_.add({{radiance.x, radiance.y, radiance.z}, material.emission.texture});

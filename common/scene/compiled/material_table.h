@@ -101,9 +101,7 @@ class MaterialTable {
   }
   RoughDiffuse8 rough_diffuse(const Surface8& surface, M8 lanes) const {
     const F8 roughness = diffuse_.roughness.at(row_of(surface, lanes), lanes);
-    return {reflectance(surface, lanes),
-            roughness_map_.mapped ? roughness * map_at(roughness_map_, surface, lanes) : roughness,
-            compensated(surface, lanes)};
+    return {reflectance(surface, lanes), times(roughness, roughness_map_, surface, lanes), compensated(surface, lanes)};
   }
   /// Where both colours add up to more than 1, the transmittance is lowered.
   DiffuseTransmission8 diffuse_transmission(const Surface8& surface, M8 lanes) const {
@@ -117,21 +115,14 @@ class MaterialTable {
   }
   PrincipledParameters8 principled(const Surface8& surface, M8 lanes) const {
     const U8 row = row_of(surface, lanes);
-    F8 metallic = principled_.metallic.at(row, lanes), roughness = principled_.roughness.at(row, lanes);
-    if (metallic_map_.mapped) {
-      metallic = metallic * map_at(metallic_map_, surface, lanes);
-    }
-    if (roughness_map_.mapped) {
-      roughness = roughness * map_at(roughness_map_, surface, lanes);
-    }
     PrincipledParameters8 out{reflectance(surface, lanes),
-                              metallic,
-                              roughness,
-                              principled_.specular.at(row, lanes),
-                              principled_.transmission.at(row, lanes),
+                              times(principled_.metallic.at(row, lanes), metallic_map_, surface, lanes),
+                              times(principled_.roughness.at(row, lanes), roughness_map_, surface, lanes),
+                              times(principled_.specular.at(row, lanes), specular_map_, surface, lanes),
+                              times(principled_.transmission.at(row, lanes), transmission_map_, surface, lanes),
                               ior(surface, lanes),
-                              principled_.coat.at(row, lanes),
-                              principled_.coat_roughness.at(row, lanes),
+                              times(principled_.coat.at(row, lanes), coat_map_, surface, lanes),
+                              times(principled_.coat_roughness.at(row, lanes), coat_roughness_map_, surface, lanes),
                               compensated(surface, lanes),
                               has_burley_ ? lanes & (principled_.burley.at(row, lanes) == U8(1u)) : M8()};
     if (has_anisotropy_) {
@@ -141,7 +132,8 @@ class MaterialTable {
       out.sheet = {masked(lanes, at(specular_, surface, lanes)), lanes & (principled_.closed.at(row, lanes) == U8(1u))};
     }
     if (has_sheen_) {
-      out.sheen = {masked(lanes, at(sheen_, surface, lanes)), principled_.sheen_roughness.at(row, lanes)};
+      out.sheen = {masked(lanes, at(sheen_, surface, lanes)),
+                   times(principled_.sheen_roughness.at(row, lanes), sheen_roughness_map_, surface, lanes)};
     }
     return out;
   }
@@ -194,6 +186,9 @@ class MaterialTable {
   };
   /// In [0, 1]. 1 without a texture.
   F8 map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const;
+  F8 times(F8 number, const MapColumn& column, const Surface8& surface, M8 lanes) const {
+    return column.mapped ? number * map_at(column, surface, lanes) : number;
+  }
   F8 mapped_alpha(F8 alpha, const Surface8& surface, M8 lanes) const {
     if (!roughness_map_.mapped) {
       return alpha;
@@ -229,6 +224,7 @@ class MaterialTable {
   Column<std::uint32_t> emits_;                            ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_, sheen_;  ///< specular_ is also the transmittance of sheets
   MapColumn roughness_map_, metallic_map_, factor_map_;
+  MapColumn specular_map_, transmission_map_, coat_map_, coat_roughness_map_, sheen_roughness_map_;
   OpacityColumn opacity_;
   bool has_specular_ = false, has_mixtures_ = false;
   bool vertex_colors_ = false;

@@ -40,7 +40,11 @@ bool has_maps(const Material& material) {
   if (const auto* mixture = std::get_if<MixtureMaterial>(&material.kind)) {
     return mixture->map.texture != kNoTexture || has_maps(*mixture->first) || has_maps(*mixture->second);
   }
-  return material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture;
+  const auto given = [](const ScalarMap& map) { return map.texture != kNoTexture; };
+  const auto* const m = std::get_if<PrincipledMaterial>(&material.kind);
+  return given(material.roughness_map) || given(material.metallic_map) ||
+         (m != nullptr && (given(m->specular_map) || given(m->transmission_map) || given(m->coat_map) ||
+                           given(m->coat_roughness_map) || given(m->sheen_roughness_map)));
 }
 
 std::optional<double> uniform_opacity(const Opacity& opacity) {
@@ -57,7 +61,7 @@ bool is_sheet(const Material& material) {
   return any_part(material, [](const Material& part) {
     if (const auto* principled = std::get_if<PrincipledMaterial>(&part.kind)) {
       const bool diffuse =
-          principled->transmission < 1 && (principled->metallic < 1 || part.metallic_map.texture != kNoTexture);
+          principled->least_transmission() < 1 && (principled->metallic < 1 || part.metallic_map.texture != kNoTexture);
       return diffuse && !is_black(principled->transmittance);
     }
     const auto* diffuse = std::get_if<DiffuseMaterial>(&part.kind);

@@ -137,6 +137,11 @@ struct PrincipledMaterial {
   TexturedColor sheen_color = {};  ///< each in [0, 1]; black: no sheen
   double sheen_roughness = 0.5;    ///< in [0, 1]
   TexturedColor transmittance{};   ///< share of diffuse light that goes to the other side of a sheet, each in [0, 1]
+  // They multiply the number of their name.
+  ScalarMap specular_map = {}, transmission_map = {}, coat_map = {}, coat_roughness_map = {}, sheen_roughness_map = {};
+
+  /// The least value over the surface.
+  double least_transmission() const { return transmission_map.texture != kNoTexture ? 0 : transmission; }
 };
 
 /// A surface that shows the environment behind it, darkened by the scene's shadows.

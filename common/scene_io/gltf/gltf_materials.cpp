@@ -145,10 +145,18 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
                     texture(base["baseColorTexture"], TextureImage::ColorSpace::srgb)};
   out.metallic = base["metallicFactor"].number(1, 0, 1);
   out.roughness = base["roughnessFactor"].number(1, 0, 1);
-  const JsonNode coat = extensions["KHR_materials_clearcoat"];
+  const JsonNode coat = extensions["KHR_materials_clearcoat"], transmission = extensions["KHR_materials_transmission"];
+  using enum ScalarMap::Channel;
   out.coat = coat["clearcoatFactor"].number(0, 0, 1);
   out.coat_roughness = coat["clearcoatRoughnessFactor"].number(0, 0, 1);
-  out.transmission = extensions["KHR_materials_transmission"]["transmissionFactor"].number(0, 0, 1);
+  if (out.coat > 0) {
+    out.coat_map = scalar_map(coat["clearcoatTexture"], r);
+    out.coat_roughness_map = scalar_map(coat["clearcoatRoughnessTexture"], g);
+  }
+  out.transmission = transmission["transmissionFactor"].number(0, 0, 1);
+  if (out.transmission > 0) {
+    out.transmission_map = scalar_map(transmission["transmissionTexture"], r);
+  }
   set_gloss(extensions, out);
   set_anisotropy(extensions["KHR_materials_anisotropy"], out);
   set_sheen(extensions["KHR_materials_sheen"], out);
@@ -184,6 +192,7 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   }
   const double mean = (color[0] + color[1] + color[2]) / 3;
   out.specular = std::min(factor * mean / 2, 1.0);
+  out.specular_map = scalar_map(specular["specularTexture"], ScalarMap::Channel::alpha);
   out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
   if (out.ior > 0) {
     return;
@@ -218,9 +227,7 @@ void GltfMaterials::set_sheen(const JsonNode& from, PrincipledMaterial& out) {
   }
   out.sheen_color = {color, texture(from["sheenColorTexture"], TextureImage::ColorSpace::srgb)};
   out.sheen_roughness = from["sheenRoughnessFactor"].number(0, 0, 1);
-  if (from["sheenRoughnessTexture"].present()) {
-    notices_.left_out("textures of the roughness of sheen");
-  }
+  out.sheen_roughness_map = scalar_map(from["sheenRoughnessTexture"], ScalarMap::Channel::alpha);
 }
 
 /// Mixes the material with a thin sheet. The highlights of the rest become brighter, because the sheet has none.
@@ -251,20 +258,21 @@ void GltfMaterials::set_diffuse_transmission(const JsonNode& from, PrincipledMat
 
 void GltfMaterials::say_left_out(const JsonNode& from) {
   const JsonNode extensions = from["extensions"];
-  const std::array<std::pair<JsonNode, std::string_view>, 8> parts{
+  const std::array<std::pair<JsonNode, std::string_view>, 4> parts{
       {{from["occlusionTexture"], "occlusion maps (light is followed instead)"},
-       {extensions["KHR_materials_transmission"]["transmissionTexture"], "textures of transmission"},
        {extensions["KHR_materials_volume"]["thicknessTexture"], "textures of thickness (the shape itself counts)"},
-       {extensions["KHR_materials_clearcoat"]["clearcoatTexture"], "textures of clearcoat"},
-       {extensions["KHR_materials_clearcoat"]["clearcoatRoughnessTexture"], "textures of clearcoat"},
-       {extensions["KHR_materials_clearcoat"]["clearcoatNormalTexture"], "textures of clearcoat"},
-       {extensions["KHR_materials_specular"]["specularTexture"], "textures of specular"},
-       {extensions["KHR_materials_specular"]["specularColorTexture"], "textures of specular"}}};
+       {extensions["KHR_materials_clearcoat"]["clearcoatNormalTexture"], "normal maps of clearcoats"},
+       {extensions["KHR_materials_specular"]["specularColorTexture"], "textures of the colour of highlights"}}};
   for (const auto& [part, what] : parts) {
     if (part.present()) {
       notices_.left_out(what);
     }
   }
+}
+
+ScalarMap GltfMaterials::scalar_map(const JsonNode& info, ScalarMap::Channel channel) {
+  const std::uint32_t found = texture(info, TextureImage::ColorSpace::linear);
+  return found == kNoTexture ? ScalarMap{} : ScalarMap{found, channel};
 }
 
 TextureImage::Wrap GltfMaterials::wrap_of(const JsonNode& mode) {

@@ -45,6 +45,8 @@ class GltfMaterials {
   TextureImage::Wrap wrap_of(const JsonNode& mode);
   /// The texture of a textureInfo, decoded in this colour space. kNoTexture if there is none.
   std::uint32_t texture(const JsonNode& info, TextureImage::ColorSpace color_space);
+  /// A texture of data as a map, or none.
+  ScalarMap scalar_map(const JsonNode& info, ScalarMap::Channel channel);
   std::optional<Sha256> image(const JsonNode& image, std::string& file);
   std::string unique_name(std::string name, std::string_view fallback);
 

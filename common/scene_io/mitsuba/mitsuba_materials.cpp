@@ -298,14 +298,14 @@ void MitsubaMaterials::principled(const MitsubaObject& from, MitsubaSurface& out
   kind.base_color = textures_.color(from, "base_color", {0.5f, 0.5f, 0.5f});
   kind.roughness = share("roughness", 0.5, &out.material.roughness_map);
   kind.metallic = share("metallic", 0, &out.material.metallic_map);
-  kind.transmission = share("spec_trans", 0, nullptr);
+  kind.transmission = share("spec_trans", 0, &kind.transmission_map);
   const double specular = share("specular", 0.5, nullptr);
   if (from.has("specular") && from.has("eta")) {
     from.fail("eta", "cannot be given together with specular");
   }
   // The index whose reflectance at normal incidence is 0.08 specular.
   kind.ior = from.number("eta", 2 / (1 - std::sqrt(0.08 * specular)) - 1, 1e-3, kMaxIor);
-  kind.coat = share("clearcoat", 0, nullptr) / 4;
+  kind.coat = share("clearcoat", 0, &kind.coat_map) / 4;
   const double gloss = share("clearcoat_gloss", 0, nullptr);
   kind.coat_roughness = std::sqrt(0.1 + (0.001 - 0.1) * gloss);
   kind.burley_diffuse = true;

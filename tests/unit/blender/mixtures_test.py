@@ -215,6 +215,20 @@ class Mixtures(unittest.TestCase):
         self.assertFalse({"roughness_map", "metallic_map", "single_scattering"} & document.keys())
         self.assertFalse(any("of the mixture" in text for text in n.notices.texts), n.notices.texts)
 
+    def test_images_of_gloss_and_coat_are_maps(self):
+        n = self.nodes
+        gloss, weight, rough = (("Specular", "Clearcoat", "Clearcoat Roughness") if OLD else
+                                ("Specular IOR Level", "Coat Weight", "Coat Roughness"))
+        images = {gloss: n.image("gloss", 0.25, 0.5), weight: n.image("coat", 0, 1), rough: n.image("rough", 0.5, 0.75)}
+        made = n.export(n.principled(RED, **images))["principled"]
+        for name, texel in (("specular", 0.5), ("coat", 1), ("coat_roughness", 0.75)):
+            self.assertAlmostEqual(n.texels(made[f"{name}_map"]["texture"])[1], texel, 2)
+        self.assertEqual((made["specular"], made["coat"], made["coat_roughness"]), (1, 0.25 if OLD else 1, 1))
+        self.assertFalse(any("mean colour" in text for text in n.notices.texts), n.notices.texts)
+        # Two such shaders are one material if they are equal.
+        twice = n.export(n.mix(n.principled(RED, **images), n.principled(RED, **images), 0.5))
+        self.assertEqual(twice["principled"], made)
+
     def test_another_direction_of_anisotropy_is_named(self):
         n = self.nodes
         first, second = (n.add("BsdfAnisotropic", Color=WHITE, Roughness=0.5, Anisotropy=0.5) for _ in range(2))

@@ -238,7 +238,7 @@ HalfImages shaded(const std::string& textures, const std::string& material, cons
       .render({method, 1, 0}, 4);
 }
 
-TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
+TEST(TextureScene, MapsTakeOneChannel) {
   // One texel is (188, 188, 188). The others have 0 or 255 in each channel. Data are not decoded.
   const std::string data = R"({"name": "t", "file": "small.png", "filter": "NEAREST"})";
   const auto principled = [](double metallic, double roughness) {
@@ -249,20 +249,36 @@ TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
   const auto clay = [](double roughness) {
     return fmt::format(R"("diffuse": {{"reflectance": {{"rgb": [0.7, 0.7, 0.7]}}, "roughness": {}}})", roughness);
   };
+  // A principled material with all layers. One number has this value, and a map.
+  const auto layered = [](const std::string& name, double value, bool map) {
+    std::string fields = R"("sheen_color": {"rgb": [0.4, 0.5, 0.6]})";
+    for (const auto& [other, its] : {std::pair{"specular", 0.6}, {"transmission", 0.3}, {"coat", 0.7}}) {
+      fields += name == other ? "" : fmt::format(R"(, "{}": {})", other, its);
+    }
+    fields += fmt::format(R"(, "{}": {})", name, value);
+    fields += map ? fmt::format(R"(, "{}_map": {{"texture": "t", "channel": "G"}})", name) : "";
+    return R"("principled": {)" + fields + "}";
+  };
   struct Case {
     std::string mapped;
     double factor;
     std::string as;
   };
-  for (const Case& c : {Case{gold + R"(, "roughness_map": {"texture": "t", "channel": "G"})", 188 / 255.0,
-                             R"("conductor": {"metal": "gold", "roughness": 0.44235294})"},
-                        Case{glass + R"(, "roughness_map": {"texture": "t"})", 188 / 255.0,
-                             R"("dielectric": {"roughness": 0.44235294})"},
-                        Case{clay(0.6) + R"(, "roughness_map": {"texture": "t"})", 188 / 255.0, clay(0.44235294)},
-                        Case{principled(1, 0.6) + R"(, "roughness_map": {"texture": "t", "channel": "B"})", 0,
-                             principled(1, 0.44235294)},
-                        Case{principled(0.8, 0.3) + R"(, "metallic_map": {"texture": "t", "channel": "R"})", 0,
-                             principled(0.58980392, 0.3)}}) {
+  for (const Case& c :
+       {Case{gold + R"(, "roughness_map": {"texture": "t", "channel": "G"})", 188 / 255.0,
+             R"("conductor": {"metal": "gold", "roughness": 0.44235294})"},
+        Case{glass + R"(, "roughness_map": {"texture": "t"})", 188 / 255.0,
+             R"("dielectric": {"roughness": 0.44235294})"},
+        Case{clay(0.6) + R"(, "roughness_map": {"texture": "t"})", 188 / 255.0, clay(0.44235294)},
+        Case{principled(1, 0.6) + R"(, "roughness_map": {"texture": "t", "channel": "B"})", 0,
+             principled(1, 0.44235294)},
+        Case{principled(0.8, 0.3) + R"(, "metallic_map": {"texture": "t", "channel": "R"})", 0,
+             principled(0.58980392, 0.3)},
+        Case{layered("specular", 0.8, true), 0, layered("specular", 0.58980392, false)},
+        Case{layered("transmission", 0.8, true), 0, layered("transmission", 0.58980392, false)},
+        Case{layered("coat", 0.8, true), 0, layered("coat", 0.58980392, false)},
+        Case{layered("coat_roughness", 0.8, true), 0, layered("coat_roughness", 0.58980392, false)},
+        Case{layered("sheen_roughness", 0.8, true), 0, layered("sheen_roughness", 0.58980392, false)}}) {
     const HalfImages mapped = shaded(data, c.mapped), plain = shaded(data, c.as);
     for (const auto& [x, y] : {std::pair{5, 5}, {6, 6}, {7, 5}}) {
       const auto i = static_cast<std::size_t>(3 * (y * mapped.width + x));

@@ -46,6 +46,28 @@ TEST(Casters, APrincipledMaterialIsACasterWithoutWideLobes) {
   EXPECT_FALSE(is_caster(mapped)) << "not metal everywhere";
 }
 
+TEST(Casters, MapsOfLayersCanLeaveNoneOfThem) {
+  PrincipledMaterial made;
+  made.roughness = 0.01;
+  made.transmission = 1;
+  EXPECT_TRUE(is_caster(material("m", made)));
+  EXPECT_EQ(narrow_lobes(material("m", made)), NarrowLobes::all);
+  made.transmission_map.texture = 0;
+  EXPECT_FALSE(is_caster(material("m", made))) << "plastic where the map is 0";
+  EXPECT_EQ(narrow_lobes(material("m", made)), NarrowLobes::some);
+  EXPECT_TRUE(receives_light(material("m", made)));
+  made = {};
+  made.metallic = 1;
+  made.roughness = 0.1;
+  made.coat = 1;
+  made.coat_roughness = 0.2;
+  made.coat_roughness_map.texture = 0;
+  const std::vector<CasterLobe> lobes = caster_lobes(material("m", made));
+  ASSERT_EQ(lobes.size(), 2u);
+  EXPECT_GT(lobes[0].alpha, 0);
+  EXPECT_EQ(lobes[1].alpha, 0) << "smooth where the map is 0";
+}
+
 TEST(Casters, AnisotropicMetalCountsWithItsMeanAlpha) {
   // √(0.01 · (0.01 + 0.99 s²)) is 0.1 for s = 1.
   ConductorMaterial brushed;

@@ -265,13 +265,33 @@ TEST(GltfScene, SheenIsThatOfTheExtension) {
   const Mapped black = mapped(extension(R"("sheenRoughnessFactor":0.3,"sheenColorTexture":{"index":0})"));
   EXPECT_EQ(std::get<PrincipledMaterial>(black.material.kind).sheen_color, TexturedColor{});
   EXPECT_TRUE(black.mesh.texture_coordinates.empty());
-  EXPECT_EQ(mapped(extension(R"("sheenColorFactor":[1,1,1],"sheenRoughnessTexture":{"index":0})")).notices[0],
-            "left out: textures of the roughness of sheen");
+  const Mapped rough = mapped(extension(R"("sheenColorFactor":[1,1,1],"sheenRoughnessTexture":{"index":0})"));
+  EXPECT_EQ(std::get<PrincipledMaterial>(rough.material.kind).sheen_roughness_map,
+            (ScalarMap{0, ScalarMap::Channel::alpha}));
+  EXPECT_EQ(rough.texture.color_space, TextureImage::ColorSpace::linear);
   EXPECT_EQ(mapped(extension(R"("sheenColorFactor":[1,1,1])",
                              R"(,"KHR_materials_transmission":{"transmissionFactor":0.5},"KHR_materials_volume":{
 "thicknessFactor":1})"))
                 .notices[0],
             "left out: sheen of glass");
+}
+
+TEST(GltfScene, TexturesOfExtensionsAreMaps) {
+  using enum ScalarMap::Channel;
+  const auto kind_of = [](const std::string& extensions) {
+    return std::get<PrincipledMaterial>(
+        mapped(R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{)" + extensions + "}").material.kind);
+  };
+  const PrincipledMaterial coat = kind_of(
+      R"("KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatTexture":{"index":0},"clearcoatRoughnessTexture":{"index":0}})");
+  EXPECT_EQ(coat.coat_map, (ScalarMap{0, r}));
+  EXPECT_EQ(coat.coat_roughness_map, (ScalarMap{0, g}));
+  EXPECT_EQ(kind_of(R"("KHR_materials_clearcoat":{"clearcoatTexture":{"index":0}})").coat_map, ScalarMap{})
+      << "no coat";
+  EXPECT_EQ(kind_of(R"("KHR_materials_transmission":{"transmissionFactor":1,"transmissionTexture":{"index":0}})")
+                .transmission_map,
+            (ScalarMap{0, r}));
+  EXPECT_EQ(kind_of(R"("KHR_materials_specular":{"specularTexture":{"index":0}})").specular_map, (ScalarMap{0, alpha}));
 }
 
 TEST(GltfScene, VolumesAbsorb) {

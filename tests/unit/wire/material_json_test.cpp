@@ -324,6 +324,21 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
     const std::string message = test::error_message(with_texture(material));
     return message.substr(message.find("materials[0]"));
   };
+  const Result<SceneFile> layers = with_texture(
+      R"("principled": {"specular_map": {"texture": "t", "channel": "R"}, "transmission_map": {"texture": "t", "channel": "G"},
+      "coat_map": {"texture": "t", "channel": "B"}, "coat_roughness_map": {"texture": "t", "channel": "A"},
+      "sheen_roughness_map": {"texture": "t"}})");
+  ASSERT_TRUE(layers.ok()) << layers.status();
+  const Result<Scene> again = unpack_scene(pack_scene(layers->draft.scene));
+  ASSERT_TRUE(again.ok()) << again.status();
+  const auto& kind = std::get<PrincipledMaterial>(again->materials[0].kind);
+  EXPECT_EQ(kind.specular_map, (ScalarMap{0, ScalarMap::Channel::r}));
+  EXPECT_EQ(kind.transmission_map, (ScalarMap{0, ScalarMap::Channel::g}));
+  EXPECT_EQ(kind.coat_map, (ScalarMap{0, ScalarMap::Channel::b}));
+  EXPECT_EQ(kind.coat_roughness_map, (ScalarMap{0, ScalarMap::Channel::alpha}));
+  EXPECT_EQ(kind.sheen_roughness_map, (ScalarMap{0, ScalarMap::Channel::luminance}));
+  EXPECT_EQ(refusal(R"("principled": {"coat_map": {"texture": "u"}})"),
+            "materials[0].principled.coat_map.texture: unknown texture \"u\": textures must define it");
   EXPECT_EQ(refusal(R"("principled": {}, "roughness_map": {"texture": "u"})"),
             "materials[0].roughness_map.texture: unknown texture \"u\": textures must define it");
   EXPECT_EQ(refusal(R"("principled": {"roughness": 0}, "roughness_map": {"texture": "t"})"),

@@ -1,4 +1,4 @@
-#include "common/image/texel_values.h"
+#include "common/materials/texel_values.h"
 
 #include <immintrin.h>
 
