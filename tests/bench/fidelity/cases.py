@@ -619,6 +619,16 @@ def roughness_map():
     under_the_sky(ball=worn, block=worn)
 
 
+@case
+def principled_gloss_by_images():
+    worn = material("worn", "BSDF_PRINCIPLED", Base_Color=(0.5, 0.1, 0.1, 1), Roughness=0.5)
+    for socket, frequency, least in (("Specular", 19, 0.0), ("Clearcoat", 12.57, 0.0), ("Clearcoat Roughness", 25.13, 0.1)):
+        picture = image(socket, 64, lambda x, y, f=frequency, low=least: (low + (0.5 + 0.5 * math.sin(f * x)) * (1 - low),) * 3 + (1,),
+                        data=True)
+        textured(worn, picture, shader_of(worn).inputs[socket], "UV")
+    under_the_sky(ball=worn, block=worn)
+
+
 # Objects.
 
 @case
