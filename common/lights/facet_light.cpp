@@ -39,7 +39,7 @@ void FacetLights::add(const EmissiveFacet& facet) {
       coordinates_.insert(coordinates_.end(), pair.begin(), pair.end());
     }
     if (facet.texture.number != TextureSet::kNone && !means_.contains(facet.texture.number)) {
-      means_.emplace(facet.texture.number, textures_[facet.texture.number].mean());
+      means_.emplace(facet.texture.number, textures_.mean(facet.texture.number));
     }
   }
 }

@@ -83,8 +83,7 @@ std::pair<F8, F8> Texture::mapped(F8 u, F8 v) const {
   return {along(0), along(1)};
 }
 
-Texture::Rgba8 Texture::lookup(F8 u, F8 v, F8 footprint, M8 lanes) const {
-  std::tie(u, v) = mapped(u, v);
+Texture::Rgba8 Texture::lookup_mapped(F8 u, F8 v, F8 footprint, M8 lanes) const {
   if (settings_.filter == TextureFilter::nearest) {
     return nearest(u, v, lanes);
   }
@@ -135,8 +134,7 @@ Texture::Rgba8 Texture::bilinear(const Texels& texels, const TexturePyramid::Lev
   return mix(mix(at(y0 + x0), at(y0 + x1), fx), mix(at(y1 + x0), at(y1 + x1), fx), fy);
 }
 
-Texture::Slopes8 Texture::slopes(F8 u, F8 v, M8 lanes) const {
-  std::tie(u, v) = mapped(u, v);
+Texture::Slopes8 Texture::slopes_mapped(F8 u, F8 v, M8 lanes) const {
   struct Difference {
     Rgba8 value;
     F8 step;  ///< of the rounded coordinates
@@ -184,30 +182,73 @@ std::uint64_t TextureSet::bytes() const {
   return bytes;
 }
 
+void TextureSet::set_tile(std::uint32_t texture, std::uint32_t column, std::uint32_t row, std::uint32_t image) {
+  std::vector<std::uint32_t>& tiles = tiles_[texture];
+  tiles.resize(std::max<std::size_t>(tiles.size(), (row + 1) * kColumns), kNone);
+  tiles[row * kColumns + column] = image;
+}
+
+Vec3 TextureSet::mean(std::uint32_t texture) const {
+  Vec3 sum(0);
+  float count = 0;
+  for (const std::uint32_t image : tiles_[texture]) {
+    if (image != kNone) {
+      sum += textures_[image].mean();
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : textures_[texture].mean();
+}
+
+namespace {
+
+/// Calls `visit(number, lanes)` for each of the numbers in the lanes that is not TextureSet::kNone.
 template <class Visit>
-void TextureSet::for_each(U8 texture, M8 lanes, const Visit& visit) const {
-  M8 left = and_not(lanes, texture == U8(kNone));
+void for_each_number(U8 numbers, M8 lanes, const Visit& visit) {
+  M8 left = and_not(lanes, numbers == U8(TextureSet::kNone));
   alignas(32) std::uint32_t ids[8];
-  texture.store(ids);
+  numbers.store(ids);
   while (left.any()) {
     const std::uint32_t id = ids[std::countr_zero(static_cast<unsigned>(left.bits()))];
-    const M8 same = left & (texture == U8(id));
-    visit(textures_[id], same);
+    const M8 same = left & (numbers == U8(id));
+    visit(id, same);
     left = and_not(left, same);
   }
 }
 
+}  // namespace
+
+template <class Visit>
+void TextureSet::for_each_image(U8 texture, F8 u, F8 v, M8 lanes, const Visit& visit) const {
+  for_each_number(texture, lanes, [&](std::uint32_t id, M8 same) {
+    const auto [x, y] = textures_[id].mapped(u, v);
+    const std::vector<std::uint32_t>& tiles = tiles_[id];
+    if (tiles.empty()) [[likely]] {
+      visit(textures_[id], x, y, same);
+      return;
+    }
+    const F8 column = floor(x), row = floor(y), rows(static_cast<float>(tiles.size() / kColumns));
+    const M8 within =
+        same & (column >= F8(0.0f)) & (column < F8(static_cast<float>(kColumns))) & (row >= F8(0.0f)) & (row < rows);
+    const U8 image = gather(tiles.data(), truncate(row) * U8(kColumns) + truncate(column), within);
+    for_each_number(image, within,
+                    [&](std::uint32_t tile, M8 there) { visit(textures_[tile], x - column, y - row, there); });
+  });
+}
+
 Texture::Rgba8 TextureSet::lookup(U8 texture, F8 u, F8 v, F8 footprint, M8 lanes) const {
-  Texture::Rgba8 result{{F8(1.0f), F8(1.0f), F8(1.0f)}, F8(1.0f)};
-  for_each(texture, lanes,
-           [&](const Texture& image, M8 same) { result = select(same, image.lookup(u, v, footprint, same), result); });
+  const F8 one = masked(texture == U8(kNone), F8(1.0f));
+  Texture::Rgba8 result{{one, one, one}, one};
+  for_each_image(texture, u, v, lanes, [&](const Texture& image, F8 x, F8 y, M8 same) {
+    result = select(same, image.lookup_mapped(x, y, footprint, same), result);
+  });
   return result;
 }
 
 Texture::Slopes8 TextureSet::slopes(U8 texture, F8 u, F8 v, M8 lanes) const {
   Texture::Slopes8 result;
-  for_each(texture, lanes, [&](const Texture& image, M8 same) {
-    const Texture::Slopes8 found = image.slopes(u, v, same);
+  for_each_image(texture, u, v, lanes, [&](const Texture& image, F8 x, F8 y, M8 same) {
+    const Texture::Slopes8 found = image.slopes_mapped(x, y, same);
     result = {select(same, found.u, result.u), select(same, found.v, result.v)};
   });
   return result;

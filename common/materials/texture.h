@@ -42,12 +42,24 @@ class Texture {
   /// The mean around (u, v) over about `footprint`, a length in the same coordinates, if the texture has a pyramid. It
   /// comes from one level, whose texels are half as wide as the footprint or more. The levels do not blend, because
   /// footprints are smaller than what is seen.
-  Rgba8 lookup(F8 u, F8 v, F8 footprint, M8 lanes) const;
+  Rgba8 lookup(F8 u, F8 v, F8 footprint, M8 lanes) const {
+    const auto [x, y] = mapped(u, v);
+    return lookup_mapped(x, y, footprint, lanes);
+  }
+  /// The coordinates of the image.
+  std::pair<F8, F8> mapped(F8 u, F8 v) const;
+  /// The same lookup at mapped coordinates. The footprint is in those before they are mapped.
+  Rgba8 lookup_mapped(F8 u, F8 v, F8 footprint, M8 lanes) const;
   struct Slopes8 {
     Rgba8 u, v;
   };
   /// The slopes of the bilinear image per unit of u and of v, averaged over one texel.
-  Slopes8 slopes(F8 u, F8 v, M8 lanes) const;
+  Slopes8 slopes(F8 u, F8 v, M8 lanes) const {
+    const auto [x, y] = mapped(u, v);
+    return slopes_mapped(x, y, lanes);
+  }
+  /// The same slopes at mapped coordinates.
+  Slopes8 slopes_mapped(F8 u, F8 v, M8 lanes) const;
   /// Mean colour of the image.
   Vec3 mean() const;
   const Texels& texels() const { return *texels_; }
@@ -60,8 +72,6 @@ class Texture {
 
  private:
   Rgba8 texel(const Texels& texels, U8 index, M8 lanes) const;
-  /// The coordinates of the image.
-  std::pair<F8, F8> mapped(F8 u, F8 v) const;
   /// Coordinates are those of the image.
   Rgba8 nearest(F8 u, F8 v, M8 lanes) const;
   Rgba8 bilinear(F8 u, F8 v, M8 lanes) const;
@@ -82,23 +92,33 @@ class TextureSet {
   void add(Texture texture) {
     has_pyramids_ |= texture.pyramid() != nullptr;
     textures_.push_back(std::move(texture));
+    tiles_.push_back({});
   }
+  /// The image `image`, which has been added, is for the square of u and v that begins at (column, row) of `texture`.
+  /// A texture with tiles has no other image, not even its own.
+  void set_tile(std::uint32_t texture, std::uint32_t column, std::uint32_t row, std::uint32_t image);
   bool has_pyramids() const { return has_pyramids_; }
   const Texture& operator[](std::uint32_t i) const { return textures_[i]; }
+  /// Mean colour of the image, or of all tiles.
+  Vec3 mean(std::uint32_t texture) const;
   /// Memory of the texels and pyramids. Shared ones count once.
   std::uint64_t bytes() const;
-  /// White and opaque where `texture` is kNone.
+  /// White and opaque where `texture` is kNone. Black and transparent where it has no tile.
   Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, M8 lanes) const { return lookup(texture, u, v, F8(0.0f), lanes); }
   Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, F8 footprint, M8 lanes) const;
   /// 0 where `texture` is kNone.
   Texture::Slopes8 slopes(U8 texture, F8 u, F8 v, M8 lanes) const;
 
  private:
-  /// Calls `visit(texture, lanes)` for each of the textures.
+  static constexpr std::uint32_t kColumns = 10;
+
+  /// Calls `visit(image, u, v, lanes)` for each of the images, with their mapped coordinates.
   template <class Visit>
-  void for_each(U8 texture, M8 lanes, const Visit& visit) const;
+  void for_each_image(U8 texture, F8 u, F8 v, M8 lanes, const Visit& visit) const;
 
   std::vector<Texture> textures_;
+  /// Of each texture: an image or kNone for each square of u and v, row by row. Empty without tiles.
+  std::vector<std::vector<std::uint32_t>> tiles_;
   bool has_pyramids_ = false;
 };
 

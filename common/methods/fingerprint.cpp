@@ -184,7 +184,7 @@ void add_materials(Scene& scene, double glow_exponent) {
                           .transmission_map = {0, ScalarMap::Channel::g},
                           .coat_map = {0, ScalarMap::Channel::b},
                           .coat_roughness_map = {0, ScalarMap::Channel::alpha},
-                          .sheen_roughness_map = {1, ScalarMap::Channel::r}},
+                          .sheen_roughness_map = {2, ScalarMap::Channel::r}},
        {},
        false},
       {"chalk", DiffuseMaterial{{0.9f, 0.8f, 0.6f}, 0.8}, {}, false},
@@ -227,7 +227,12 @@ void add_materials(Scene& scene, double glow_exponent) {
   scene.textures = {
       {"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}, 20},
       {"print", "", kTexture, Image::Filter::nearest, kClamped, Image::ColorSpace::linear, {1, 1}, -35},
+      {"tile", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::linear, {2, 2}},
+      {"tile beside it", "", kTexture},
   };
+  scene.textures[2].tile = 1001;
+  scene.textures[3].tile = 1012;
+  scene.textures[3].tile_of = 2;
 }
 
 void add_room(TestScene& test) {

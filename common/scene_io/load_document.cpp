@@ -4,6 +4,7 @@
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/obj.h"
+#include "common/scene_io/tiles.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill {
@@ -24,8 +25,9 @@ class DocumentLoader {
     for (std::size_t i = 0; i < loaded_.scene.materials.size(); ++i) {
       materials_.try_emplace(loaded_.scene.materials[i].name, static_cast<std::uint32_t>(i));
     }
-    for (std::size_t i = 0; i < loaded_.scene.textures.size(); ++i) {
-      LM_RETURN_IF_ERROR(add_texture(i, loaded_.scene.textures[i]));
+    const std::size_t textures = loaded_.scene.textures.size();  // tiles add more
+    for (std::size_t i = 0; i < textures; ++i) {
+      LM_RETURN_IF_ERROR(add_texture(i));
     }
     for (std::size_t i = 0; i < objects.size(); ++i) {
       LM_RETURN_IF_ERROR(add_object(i, objects[i]));
@@ -43,10 +45,13 @@ class DocumentLoader {
     return fmt::format("{}: {}", file_.source.place(field), field);
   }
 
-  Status add_texture(std::size_t index, TextureImage& texture) {
-    const std::string field = fmt::format("textures[{}].file", index);
-    LM_ASSIGN_OR_RETURN(texture.asset, add_image_file(sources_, folder_ / texture.file,
-                                                      {.name = texture.file, .place = place_of(field)}, loaded_));
+  Status add_texture(std::size_t index) {
+    TextureImage& texture = loaded_.scene.textures[index];
+    const ImageAsset image{.name = texture.file, .place = place_of(fmt::format("textures[{}].file", index))};
+    if (names_tiles(texture.file) && texture.tile == 0) {
+      return add_tiles(sources_, folder_ / texture.file, static_cast<std::uint32_t>(index), image, loaded_);
+    }
+    LM_ASSIGN_OR_RETURN(texture.asset, add_image_file(sources_, folder_ / texture.file, image, loaded_));
     return ok_status();
   }
 

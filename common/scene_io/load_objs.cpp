@@ -8,6 +8,7 @@
 #include "common/scene_io/missing_parts.h"
 #include "common/scene_io/obj.h"
 #include "common/scene_io/statement_reader.h"
+#include "common/scene_io/tiles.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;
@@ -172,6 +173,18 @@ std::string place_of(const MtlMaterial& material, const MtlMap& map) {
   return fmt::format("{}:{}: {} of material \"{}\"", material.file, map.line, map.keyword, material.name);
 }
 
+/// Finds the tiles of a map, and returns their name with the token.
+std::optional<std::string> find_tiles_of(FileFinder& finder, const fs::path& folder, const std::string& written) {
+  constexpr int kUsual = 100;  // numbers
+  for (int number = kFirstTile; number < kFirstTile + kUsual; ++number) {
+    if (std::optional<std::string> found = finder.find(folder, with_tile_number(written, number))) {
+      const std::string digits = fmt::format("{}", number);
+      return found->replace(found->rfind(digits), digits.size(), kTileToken);
+    }
+  }
+  return std::nullopt;
+}
+
 /// Gives each map the name of the file that it means. Leaves out maps without one: downloaded models often come without
 /// their images. A map of emission takes the emission with it, because most of such maps are black.
 void find_maps(std::vector<MtlMaterial>& materials, FileFinder& finder, Faults& faults) {
@@ -179,7 +192,9 @@ void find_maps(std::vector<MtlMaterial>& materials, FileFinder& finder, Faults& 
     const fs::path folder = fs::path(material.file).parent_path();
     std::erase_if(material.maps, [&](MtlMap& map) {
       const std::string place = place_of(material, map) + ": ";
-      const std::optional<std::string> found = find_file(finder, folder, map.file, place, faults);
+      const std::optional<std::string> found = names_tiles(map.file)
+                                                   ? find_tiles_of(finder, folder, map.file)
+                                                   : find_file(finder, folder, map.file, place, faults);
       if (found) {
         map.file = *found;
         return false;
@@ -209,15 +224,20 @@ std::map<std::string, std::string> places_of_maps(const std::vector<MtlMaterial>
 Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles& files, LoadedScene& loaded) {
   const std::map<std::string, std::string> places = places_of_maps(materials);
   std::map<std::string, Sha256> read;
-  for (TextureImage& texture : loaded.scene.textures) {
-    const auto [known, added] = read.try_emplace(texture.file);
+  const std::size_t textures = loaded.scene.textures.size();  // tiles add more
+  for (std::size_t i = 0; i < textures; ++i) {
+    TextureImage& texture = loaded.scene.textures[i];
+    const std::string path = std::exchange(texture.file, utf8_text(texture.file));
+    const ImageAsset image{.name = texture.file, .place = places.at(path)};
+    if (names_tiles(path)) {
+      LM_RETURN_IF_ERROR(add_tiles(files, path, static_cast<std::uint32_t>(i), image, loaded));
+      continue;
+    }
+    const auto [known, added] = read.try_emplace(path);
     if (added) {
-      LM_ASSIGN_OR_RETURN(known->second,
-                          add_image_file(files, texture.file,
-                                         {.name = utf8_text(texture.file), .place = places.at(texture.file)}, loaded));
+      LM_ASSIGN_OR_RETURN(known->second, add_image_file(files, path, image, loaded));
     }
     texture.asset = known->second;
-    texture.file = utf8_text(texture.file);
   }
   return ok_status();
 }

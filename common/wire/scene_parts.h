@@ -42,9 +42,10 @@ Result<Sha256> asset_from_wire(const std::string& path, const std::string& hex);
 using TextureNames = std::map<std::string, std::uint32_t, std::less<>>;
 TextureNames texture_names(const std::vector<TextureImage>& textures);
 
-void to_wire_texture(const TextureImage& texture, v1::Texture* out);
-/// Without the texture's asset.
-Result<TextureImage> texture_from_wire(const std::string& path, const v1::Texture& texture);
+void to_wire_texture(const TextureImage& texture, const std::vector<TextureImage>& textures, v1::Texture* out);
+/// Without the texture's asset. `earlier`: the textures before it.
+Result<TextureImage> texture_from_wire(const std::string& path, const v1::Texture& texture,
+                                       const TextureNames& earlier);
 
 void to_wire_textured(const TexturedColor& color, const std::vector<TextureImage>& textures, v1::Color* out);
 /// `given`: whether the document has the field. It must.

@@ -161,7 +161,7 @@ void to_wire(const Scene& scene, v1::Scene* out) {
   out->mutable_film()->mutable_filter()->set_kind(to_wire_filter(scene.film.filter.kind));
   out->mutable_film()->mutable_filter()->set_radius_pixels(scene.film.filter.radius_pixels);
   for (const TextureImage& texture : scene.textures) {
-    to_wire_texture(texture, out->add_textures());
+    to_wire_texture(texture, scene.textures, out->add_textures());
   }
   for (const Material& material : scene.materials) {
     to_wire_material(material, scene.textures, out->add_materials());
@@ -212,11 +212,13 @@ Result<SceneDraft> draft_from_wire(const v1::Scene& scene) {
   }
   LM_ASSIGN_OR_RETURN(draft.scene.camera, from_wire(scene.camera()));
   LM_ASSIGN_OR_RETURN(draft.scene.film, film_from_wire(scene.film()));
+  TextureNames textures;
   for (int i = 0; i < scene.textures_size(); ++i) {
-    LM_ASSIGN_OR_RETURN(TextureImage texture, texture_from_wire(fmt::format("textures[{}]", i), scene.textures(i)));
+    LM_ASSIGN_OR_RETURN(TextureImage texture,
+                        texture_from_wire(fmt::format("textures[{}]", i), scene.textures(i), textures));
+    textures.emplace(texture.name, static_cast<std::uint32_t>(i));
     draft.scene.textures.push_back(std::move(texture));
   }
-  const TextureNames textures = texture_names(draft.scene.textures);
   for (int i = 0; i < scene.materials_size(); ++i) {
     LM_ASSIGN_OR_RETURN(Material material,
                         material_from_wire(fmt::format("materials[{}]", i), scene.materials(i), textures));

@@ -27,7 +27,7 @@ TextureImage::Wrap wrap_from_wire(v1::Texture::Wrap wrap, TextureImage::Wrap oth
 
 }  // namespace
 
-void to_wire_texture(const TextureImage& texture, v1::Texture* out) {
+void to_wire_texture(const TextureImage& texture, const std::vector<TextureImage>& textures, v1::Texture* out) {
   out->set_name(texture.name);
   out->set_file(texture.file);
   out->set_asset(texture.asset.hex());
@@ -51,9 +51,14 @@ void to_wire_texture(const TextureImage& texture, v1::Texture* out) {
   out->set_rotation_degrees(texture.rotation_degrees);
   out->mutable_offset()->set_u(texture.offset[0]);
   out->mutable_offset()->set_v(texture.offset[1]);
+  out->set_tile(texture.tile);
+  if (texture.tile_of != kNoTexture) {
+    out->set_tile_of(textures[texture.tile_of].name);
+  }
 }
 
-Result<TextureImage> texture_from_wire(const std::string& path, const v1::Texture& texture) {
+Result<TextureImage> texture_from_wire(const std::string& path, const v1::Texture& texture,
+                                       const TextureNames& earlier) {
   TextureImage out;
   out.name = texture.name();
   out.file = texture.file();
@@ -83,6 +88,14 @@ Result<TextureImage> texture_from_wire(const std::string& path, const v1::Textur
   out.rotation_degrees = texture.rotation_degrees();
   if (texture.has_offset()) {
     out.offset = {texture.offset().u(), texture.offset().v()};
+  }
+  out.tile = texture.tile();
+  if (!texture.tile_of().empty()) {
+    const auto found = earlier.find(texture.tile_of());
+    if (found == earlier.end()) {
+      return invalid_argument("{}.tile_of: no texture before this one is called \"{}\"", path, texture.tile_of());
+    }
+    out.tile_of = found->second;
   }
   return out;
 }

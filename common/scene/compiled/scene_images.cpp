@@ -59,6 +59,19 @@ TextureWrap wrap_of(TextureImage::Wrap wrap) {
   LM_CHECK(false, "wrap {}", static_cast<int>(wrap));
 }
 
+/// An image with the settings of the texture that it belongs to. Tiles do not repeat.
+TextureImage with_settings(const TextureImage& image, const TextureImage& texture) {
+  TextureImage out = texture;
+  out.name = image.name;
+  out.file = image.file;
+  out.asset = image.asset;
+  out.tile = image.tile;
+  if (out.tile != 0) {
+    out.wrap = {TextureImage::Wrap::clamp, TextureImage::Wrap::clamp};
+  }
+  return out;
+}
+
 TextureSettings settings_of(const TextureImage& image, const Texels& texels, bool color) {
   TextureSettings settings;
   settings.filter = image.filter == TextureImage::Filter::nearest ? TextureFilter::nearest : TextureFilter::bilinear;
@@ -132,15 +145,20 @@ Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetS
   const std::set<Sha256> cut_out = cut_out_images(scene);
   SharedImages shared(assets, images, budget);
   for (std::uint32_t i = 0; i < scene.textures.size(); ++i) {
-    const TextureImage& image = scene.textures[i];
+    const std::uint32_t whole = scene.textures[i].tile_of != kNoTexture ? scene.textures[i].tile_of : i;
+    const TextureImage image = with_settings(scene.textures[i], scene.textures[whole]);
     const std::string where = fmt::format("textures[{}] \"{}\"", i, image.name);
-    LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, colors.contains(i), where));
-    if (scattered.contains(i) && image.filter != TextureImage::Filter::nearest) {
-      const bool by_alpha = cut_out.contains(image.asset);
+    LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, colors.contains(whole), where));
+    if (scattered.contains(whole) && image.filter != TextureImage::Filter::nearest) {
+      const bool by_alpha = cut_out.contains(scene.textures[whole].asset);
       const auto weight = by_alpha ? TexturePyramid::Weight::alpha : TexturePyramid::Weight::area;
       LM_RETURN_IF_ERROR(shared.add_pyramid(texture, weight, where));
     }
     textures.add(std::move(texture));
+    if (image.tile != 0) {
+      const auto square = static_cast<std::uint32_t>(image.tile - kFirstTile);
+      textures.set_tile(whole, square % kTilesInRow, square / kTilesInRow, i);
+    }
   }
   return textures;
 }

@@ -22,6 +22,9 @@ inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 inline constexpr double kMinAnisotropicAlpha = 1e-4;  ///< GGX's alpha across the direction is at least this
 inline constexpr double kMaxRotationDegrees = 1e4;    ///< of texture coordinates
 
+inline constexpr std::uint32_t kNoTexture = 0xffffffff;
+inline constexpr int kFirstTile = 1001, kTilesInRow = 10, kLastTile = 1999;
+
 /// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
   std::string name;
@@ -36,9 +39,13 @@ struct TextureImage {
   std::array<double, 2> scale{1, 1};
   double rotation_degrees = 0;  ///< counter-clockwise: from u towards v
   std::array<double, 2> offset{0, 0};
+  /// UDIM number, or 0. With it the image covers one square of u and v: 1001 + i + 10 j begins at u = i and v = j.
+  /// Squares without an image are black and transparent.
+  int tile = 0;
+  /// The texture to which this is a further tile: an index into Scene::textures. All but image and tile are its. Or
+  /// kNoTexture.
+  std::uint32_t tile_of = kNoTexture;
 };
-
-inline constexpr std::uint32_t kNoTexture = 0xffffffff;
 
 /// A colour that may vary over a surface: a factor, times a texture if there is one.
 struct TexturedColor {

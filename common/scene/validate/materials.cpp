@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
@@ -204,7 +205,29 @@ Status check_texture(const std::string& path, const TextureImage& texture) {
       }
     }
   }
+  if (texture.tile != 0 && (texture.tile < kFirstTile || texture.tile > kLastTile)) {
+    return invalid_argument("{}.tile: a UDIM number from {} to {} is expected, got {}", path, kFirstTile, kLastTile,
+                            texture.tile);
+  }
   return check_range(path + ".rotation_degrees", texture.rotation_degrees, -kMaxRotationDegrees, kMaxRotationDegrees);
+}
+
+Status check_tiles(const std::vector<TextureImage>& textures) {
+  std::set<std::pair<std::uint32_t, int>> taken;  // the texture, and the number of its tile
+  for (std::uint32_t i = 0; i < textures.size(); ++i) {
+    const auto& [tile, of] = std::pair{textures[i].tile, textures[i].tile_of};
+    const std::string path = fmt::format("textures[{}]", i);
+    if (of != kNoTexture && (of >= i || textures[of].tile == 0 || textures[of].tile_of != kNoTexture || tile == 0)) {
+      return invalid_argument(
+          "{}.tile_of: the texture and the one that it names must both have a tile, and that one no "
+          "tile_of",
+          path);
+    }
+    if (tile != 0 && !taken.emplace(of == kNoTexture ? i : of, tile).second) {
+      return invalid_argument("{}.tile: the texture has an image for tile {} already", path, tile);
+    }
+  }
+  return ok_status();
 }
 
 Status check_material(const std::string& path, const Material& material) {

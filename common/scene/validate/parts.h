@@ -26,6 +26,8 @@ Status check_group(const std::string& path, const std::string& group);
 
 Status check_film(const FilmSettings& film);
 Status check_texture(const std::string& path, const TextureImage& texture);
+/// Of all textures of a scene.
+Status check_tiles(const std::vector<TextureImage>& textures);
 Status check_material(const std::string& path, const Material& material);
 /// `materials`: number of the scene's materials.
 Status check_object(const std::string& path, const Object& object, std::size_t materials);

@@ -100,6 +100,7 @@ Status validate(const Scene& scene) {
     LM_RETURN_IF_ERROR(check_name_length(fmt::format("textures[{}]", i), scene.textures[i].name));
     LM_RETURN_IF_ERROR(check_new_name(textures, fmt::format("textures[{}]", i), scene.textures[i].name, "texture"));
   }
+  LM_RETURN_IF_ERROR(check_tiles(scene.textures));
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     LM_RETURN_IF_ERROR(check_material(fmt::format("materials[{}]", i), scene.materials[i]));
     LM_RETURN_IF_ERROR(check_name_length(fmt::format("materials[{}]", i), scene.materials[i].name));

@@ -362,6 +362,54 @@ TEST(TextureScene, PlanesHaveCoordinatesOfLengthOneAlongTheirTangents) {
   expect_pixel(image, 1, 6, {0, 0, 1});
 }
 
+// The lower left quarter is tile 1001, red, and the upper right one tile 1012, grey. The others have no tile.
+TEST(TextureScene, TilesComeFromFilesWithNumbers) {
+  const std::string text = document(R"({"name": "t", "file": "wall.<UDIM>.png", "scale": [2, 2]})",
+                                    R"({"name": "picture", "diffuse": {"reflectance": {"texture": "t"}}})");
+  const std::vector<std::uint8_t> red{255, 0, 0}, grey{188, 188, 188};
+  std::map<std::string, std::string> files{{"square.obj", kSquare},
+                                           {"wall.1001.png", *encode_png(1, 1, red)},
+                                           {"wall.1012.png", *encode_png(1, 1, grey)},
+                                           {"wall.100.png", "no tile"},
+                                           {"wall.2001.png", "no tile"},
+                                           {"wall.10a1.png", "no tile"}};
+  const TestScene scene = TestScene::from_text(text, files, read_image);
+  ASSERT_EQ(scene.scene().textures.size(), 2u);
+  EXPECT_EQ(scene.scene().textures[0].tile, 1001);
+  EXPECT_EQ(scene.scene().textures[1].tile, 1012);
+  EXPECT_EQ(scene.scene().textures[1].tile_of, 0u);
+  const HalfImages image = scene.render({"preview", 1, 0}, 1);
+  expect_pixel(image, 1, 6, {1, 0, 0});
+  expect_pixel(image, 6, 6, {0, 0, 0});
+  expect_pixel(image, 1, 1, {0, 0, 0});
+  const double linear = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4);
+  expect_pixel(image, 6, 1, {linear, linear, linear});
+  files.erase("wall.1001.png");
+  files.erase("wall.1012.png");
+  EXPECT_EQ(refusal(text, files, read_image),
+            "scene.json:3:42: textures[0].file: there is no tile, such as wall.1001.png");
+}
+
+TEST(TextureScene, TilesOfDocumentsAreChecked) {
+  const auto refused = [](const std::string& second) {
+    const std::string message =
+        refusal(document(R"({"name": "t", "file": "small.png", "tile": 1001}, )" + second,
+                         R"({"name": "picture", "diffuse": {"reflectance": {"texture": "t"}}})"),
+                {{"square.obj", kSquare}, {"small.png", small_png()}}, read_image);
+    return message.substr(std::min(message.find("textures[1]"), message.size()));
+  };
+  EXPECT_EQ(refused(R"({"name": "u", "file": "small.png", "tile": 1002, "tile_of": "t"})"), "");
+  EXPECT_EQ(refused(R"({"name": "u", "file": "small.png", "tile": 1001, "tile_of": "t"})"),
+            "textures[1].tile: the texture has an image for tile 1001 already");
+  EXPECT_EQ(refused(R"({"name": "u", "file": "small.png", "tile": 1000})"),
+            "textures[1].tile: a UDIM number from 1001 to 1999 is expected, got 1000");
+  EXPECT_EQ(refused(R"({"name": "u", "file": "small.png", "tile": 1002, "tile_of": "v"})"),
+            "textures[1].tile_of: no texture before this one is called \"v\"");
+  EXPECT_EQ(
+      refused(R"({"name": "u", "file": "small.png", "tile_of": "t"})"),
+      "textures[1].tile_of: the texture and the one that it names must both have a tile, and that one no tile_of");
+}
+
 TEST(TextureScene, MistakesAreNamed) {
   const auto names = [](const std::string& message, const std::string& part) {
     return message.find(part) == std::string::npos ? testing::AssertionFailure() << message

@@ -139,6 +139,63 @@ TEST(Texture, TheMatrixMultipliesAndOffsetIsAdded) {
   EXPECT_EQ(red_at(turned, 0.9f, 0.1f), 3);
 }
 
+// Two tiles side by side, and one above the second.
+TEST(Texture, TilesCoverSquaresOfTheirOwn) {
+  TextureSet set;
+  const auto one = [](float value) {
+    return std::make_shared<Texels>(Texels{1, 1, {}, std::vector<float>{value, 0, 0, 1}, false});
+  };
+  const TextureSettings settings{
+      TextureFilter::bilinear, {TextureWrap::clamp, TextureWrap::clamp}, false, {{{2, 0}, {0, 2}}}};
+  for (const float value : {1.0f, 2.0f, 12.0f}) {
+    set.add(Texture(one(value), settings));
+  }
+  set.set_tile(0, 0, 0, 0);
+  set.set_tile(0, 1, 0, 1);
+  set.set_tile(0, 1, 1, 2);
+  struct Place {
+    float u, v, red, alpha;
+  };
+  for (const auto& [u, v, red, alpha] : {Place{0.25f, 0.25f, 1, 1},
+                                         {0.75f, 0.25f, 2, 1},
+                                         {0.75f, 0.9f, 12, 1},
+                                         {0.25f, 0.75f, 0, 0},
+                                         {1.25f, 0.25f, 0, 0},
+                                         {-0.25f, 0.25f, 0, 0},
+                                         {0.75f, 1.25f, 0, 0},
+                                         {0.75f, -0.1f, 0, 0},
+                                         {5.1f, 0.25f, 0, 0}}) {
+    alignas(32) float red_out[8], alpha_out[8];
+    const Texture::Rgba8 found = set.lookup(U8(0u), F8(u), F8(v), M8(true));
+    found.rgb.x.store(red_out);
+    found.alpha.store(alpha_out);
+    EXPECT_EQ(red_out[4], red) << u << ", " << v;
+    EXPECT_EQ(alpha_out[4], alpha) << u << ", " << v;
+  }
+  // Lanes may be on several tiles.
+  alignas(32) const float us[8] = {0.1f, 0.6f, 0.1f, 0.6f, 0.6f, 0.1f, -1, 0.6f};
+  alignas(32) float reds[8];
+  set.lookup(U8(0u), F8::load(us), F8(0.2f), M8(true)).rgb.x.store(reds);
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_EQ(reds[i], us[i] < 0 ? 0 : us[i] < 0.5f ? 1 : 2) << i;
+  }
+  EXPECT_EQ(set.mean(0).x, 5);
+  EXPECT_EQ(set.mean(1).x, 2) << "an image alone";
+}
+
+TEST(Texture, SlopesOfTilesAreThoseOfTheirImages) {
+  TextureSet set;
+  for (int i = 0; i < 2; ++i) {
+    set.add(Texture(numbered(4, 1), {TextureFilter::bilinear, {TextureWrap::clamp, TextureWrap::clamp}}));
+  }
+  set.set_tile(0, 3, 2, 1);
+  alignas(32) float by_u[8];
+  set.slopes(U8(0u), F8(3.5f), F8(2.5f), M8(true)).u.rgb.x.store(by_u);
+  EXPECT_FLOAT_EQ(by_u[0], 4);
+  set.slopes(U8(0u), F8(0.5f), F8(0.5f), M8(true)).u.rgb.x.store(by_u);
+  EXPECT_EQ(by_u[0], 0) << "no tile";
+}
+
 /// The slopes of red, per unit of u and of v.
 std::pair<float, float> slopes_at(const Texture& texture, float u, float v) {
   alignas(32) float by_u[8], by_v[8];

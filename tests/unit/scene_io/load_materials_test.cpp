@@ -68,6 +68,23 @@ TEST_F(Load, MapsBringTheirImages) {
   EXPECT_EQ(without_folder(loaded->images[0].place), "a.mtl:4: map_Kd of material \"green\"");
 }
 
+TEST_F(Load, MapsOfTilesBringAllTheirImages) {
+  fs::create_directory(write("a.txt", "").parent_path() / "maps");
+  write("maps/Wall.1001.png", "one");
+  write("maps/Wall.1011.png", "two");
+  write("a.mtl", "newmtl red\nmap_Kd maps\\wall.<UDIM>.png\nmap_Pr none.<UDIM>.png\n");
+  const Result<LoadedScene> loaded = load({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  const std::vector<TextureImage>& textures = loaded->scene.textures;
+  ASSERT_EQ(textures.size(), 2u);
+  EXPECT_TRUE(textures[0].file.ends_with("maps/Wall.1001.png")) << textures[0].file;
+  EXPECT_EQ(textures[0].tile, 1001);
+  EXPECT_EQ(textures[0].asset, sha256("one"));
+  EXPECT_EQ(textures[1].tile, 1011);
+  EXPECT_EQ(textures[1].tile_of, 0u);
+  EXPECT_EQ(textures[1].asset, sha256("two"));
+}
+
 TEST_F(Load, MapsWithoutTheirImageAreLeftOut) {
   fs::create_directories(folder_ / "glow.png");  // a folder is no image
   write("a.mtl", "newmtl red\nKd 0.5 0.25 0\nmap_Kd more\\wood.png\nnewmtl green\nKe 1 1 1\nmap_Ke glow.png\n");

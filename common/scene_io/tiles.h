@@ -1,0 +1,31 @@
+// Textures of several images, one for each square of u and v (UDIM).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "common/scene_io/load.h"
+#include "common/scene_io/scene_files.h"
+
+namespace lightmill {
+
+/// Stands for the tile's number in the name of a file.
+inline constexpr std::string_view kTileToken = "<UDIM>";
+inline bool names_tiles(std::string_view file) {
+  return file.find(kTileToken) != std::string_view::npos;
+}
+
+/// The name with a number instead of the token.
+std::string with_tile_number(std::string name, int number);
+
+/// The files of a path whose last part has the token, by their number.
+std::map<int, std::filesystem::path> find_tiles(const SceneFiles& files, const std::filesystem::path& path);
+
+/// Reads all files of such a path. The texture gets the first one, and further textures the others. `image`: as for
+/// add_image_file; its name is that of the texture's file. Fails if there are none.
+Status add_tiles(const SceneFiles& files, const std::filesystem::path& path, std::uint32_t texture,
+                 const ImageAsset& image, LoadedScene& loaded);
+
+}  // namespace lightmill
