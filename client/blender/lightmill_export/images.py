@@ -7,6 +7,7 @@ import hashlib
 import math
 import os
 import shutil
+import tempfile
 from dataclasses import dataclass, replace
 
 import bpy
@@ -19,6 +20,7 @@ WRAPS = {"REPEAT": "REPEAT", "EXTEND": "CLAMP", "CLIP": "CLAMP", "MIRROR": "MIRR
 DATA_SPACES = ("Non-Color", "Raw", "Linear", "Linear Rec.709", "Generic Data")
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
 MOST_TEXELS = 1 << 27
+MISSING = (1.0, 0.0, 1.0, 1.0)  # what Cycles shows
 
 
 @dataclass(frozen=True)
@@ -124,25 +126,68 @@ def checked(reader, n, place):
     image = n.image.original if n.image is not None else None
     if image is None:
         return ImageUse("none", place, pixels=np.array([[[0.0, 0.0, 0.0, 1.0]]]))
+    if image.source == "TILED":
+        return tiled(reader, n, image, place)
     if image.source not in ("FILE", "GENERATED"):
         reader.notices.node(n, f"left out: all but one picture of the {image.source.lower()} image {image.name}")
     if image.size[0] == 0 or image.size[0] * image.size[1] > MOST_TEXELS:
         reader.notices.node(n, f"the image {image.name} is missing or too large, and is shown in magenta")
-        return ImageUse(image.name, place, pixels=np.array([[[1.0, 0.0, 1.0, 1.0]]]))
+        return ImageUse(image.name, place, pixels=np.array([[MISSING]]))
     name = image.colorspace_settings.name
     if not is_data(image) and name != "sRGB":
         reader.notices.node(n, f"the colour space {name} of {image.name} is treated as sRGB")
     return ImageUse(image.name, place, source=image)
 
 
+def tiled(reader, n, image, place):
+    """The tiles of an image (UDIM) as one image. Tile 1001 + i + 10 j begins at u = i and v = j. Squares without a tile are
+    magenta."""
+    squares = {divmod(tile.number - 1001, 10)[::-1]: tile_pixels(reader, n, image, tile.number) for tile in image.tiles}
+    columns, rows = (max(square[axis] for square in squares) + 1 for axis in (0, 1))
+    width, height = (max(pixels.shape[axis] for pixels in squares.values()) for axis in (1, 0))
+    if columns * width * rows * height > MOST_TEXELS:
+        reader.notices.node(n, f"the tiles of {image.name} are too large together, and are shown in magenta")
+        return ImageUse(image.name, place, pixels=np.array([[MISSING]]))
+    name = image.colorspace_settings.name
+    if not is_data(image) and name != "sRGB":
+        reader.notices.node(n, f"the colour space {name} of {image.name} is treated as sRGB")
+    whole = np.tile(np.array(MISSING, dtype=np.float32), (rows * height, columns * width, 1))
+    for (column, row), pixels in squares.items():
+        down, across = (np.arange(size) * pixels.shape[axis] // size for axis, size in enumerate((height, width)))
+        whole[row * height:(row + 1) * height, column * width:(column + 1) * width] = pixels[down][:, across]
+    matrix = np.diag((1 / columns, 1 / rows, 1, 1)) @ place.affine()
+    return ImageUse(image.name, replace(place, matrix=tuple(matrix.reshape(-1)), wrap="CLAMP"), pixels=whole)
+
+
+def tile_pixels(reader, n, image, number):
+    """The texels of a tile."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = bpy.path.abspath(image.filepath_raw, library=image.library).replace("<UDIM>", str(number))
+        for packed in image.packed_files:
+            if str(number) in os.path.basename(packed.filepath):
+                path = os.path.join(folder, os.path.basename(packed.filepath))
+                with open(path, "wb") as file:
+                    file.write(packed.packed_file.data)
+        if not os.path.isfile(path):
+            reader.notices.node(n, f"tile {number} of {image.name} is missing, and is shown in magenta")
+            return np.array([[MISSING]], dtype=np.float32)
+        tile = bpy.data.images.load(path)
+        tile.colorspace_settings.name, tile.alpha_mode = image.colorspace_settings.name, image.alpha_mode
+        pixels = load_pixels(tile)
+        bpy.data.images.remove(tile)
+        return pixels
+
+
 def with_blender_alpha(use, image, alpha_used):
     """Cycles multiplies colours with a straight alpha unless the alpha output is used."""
-    if use.source is None or image.channels != 4 or is_data(image) or image.alpha_mode in ("NONE", "CHANNEL_PACKED"):
+    if image is None or use.source is None and image.source != "TILED":
+        return use
+    if image.channels != 4 or is_data(image) or image.alpha_mode in ("NONE", "CHANNEL_PACKED"):
         return use
     premultiplied = image.alpha_mode == "PREMUL"
     if premultiplied != alpha_used:
         return use
-    pixels = load_pixels(use.source)
+    pixels = load_pixels(use.source) if use.pixels is None else use.pixels
     alpha = pixels[..., 3:]
     if np.all(alpha == 1):
         return use

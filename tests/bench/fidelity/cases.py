@@ -539,6 +539,23 @@ def image_texture():
 
 
 @case
+def image_tiles():
+    """Four images, one for each square of u and v (UDIM). One is larger, and one square has none."""
+    folder = sys.argv[sys.argv.index("--") + 1]
+    for number, size, color in ((1001, 64, (0.8, 0.2, 0.1)), (1002, 32, (0.1, 0.6, 0.2)), (1011, 32, (0.2, 0.3, 0.8))):
+        picture = image(f"wall.{number}", size, lambda x, y, c=color: (c[0] * x, c[1] * y, c[2], 1))
+        picture.filepath_raw, picture.file_format = os.path.join(folder, f"wall.{number}.png"), "PNG"
+        picture.save()
+    wall = bpy.data.images.load(os.path.join(folder, "wall.1001.png"))
+    wall.source, wall.filepath = "TILED", os.path.join(folder, "wall.<UDIM>.png")
+    for number in (1002, 1011):
+        wall.tiles.new(number)
+    painted = material("painted")
+    textured(painted, wall, shader_of(painted).inputs["Color"], "UV", {"Scale": (1.9, 1.9, 1), "Location": (0.05, 0.05, 0)})
+    under_the_sky(floor=painted, block=painted)
+
+
+@case
 def generated_coordinates():
     tiles = material("tiles")
     textured(tiles, image("tiles"), shader_of(tiles).inputs["Color"], "Generated",

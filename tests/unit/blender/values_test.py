@@ -98,6 +98,52 @@ class Materials(unittest.TestCase):
             self.assertEqual(notices.texts, [])
 
 
+class Tiles(unittest.TestCase):
+    """A wall of tile 1001, red, and tile 1012, blue and twice as large."""
+
+    def exported(self, folder, packed):
+        from material_nodes import MaterialNodes
+        n = MaterialNodes()
+        for number, size, color in ((1001, 2, (1, 0, 0, 1)), (1012, 4, (0, 0, 1, 1))):
+            picture = bpy.data.images.new("one", size, size)
+            picture.pixels.foreach_set(color * (size * size))
+            picture.filepath_raw, picture.file_format = os.path.join(folder, f"wall.{number}.png"), "PNG"
+            picture.save()
+        wall = bpy.data.images.load(os.path.join(folder, "wall.1001.png"))
+        wall.source, wall.filepath = "TILED", os.path.join(folder, "wall.<UDIM>.png")
+        wall.tiles.new(1012)
+        if packed:
+            wall.pack()
+            for number in (1001, 1012):
+                os.remove(os.path.join(folder, f"wall.{number}.png"))
+        node = n.tree.nodes.new("ShaderNodeTexImage")
+        node.image = wall
+        n.tree.links.new(n.add("BsdfDiffuse", Color=node.outputs["Color"]), n.end.inputs["Surface"])
+        out = os.path.join(folder, "out")
+        os.makedirs(out)
+        return n, n.document(out), out
+
+    def check(self, packed):
+        with tempfile.TemporaryDirectory() as folder:
+            n, document, out = self.exported(folder, packed)
+            name = document["diffuse"]["reflectance"]["texture"]
+            with open(os.path.join(out, n.textures[name]), "rb") as file:
+                self.assertEqual(file.readline() + file.readline(), b"PF\n8 8\n")  # two columns, two rows
+                file.readline()
+                pixels = np.frombuffer(file.read(), dtype="<f4").reshape(8, 8, 3)
+            np.testing.assert_allclose(pixels[:4, :4], np.broadcast_to((1, 0, 0), (4, 4, 3)), atol=1e-6)
+            np.testing.assert_allclose(pixels[4:, 4:], np.broadcast_to((0, 0, 1), (4, 4, 3)), atol=1e-6)
+            np.testing.assert_allclose(pixels[:4, 4:], np.broadcast_to((1, 0, 1), (4, 4, 3)), atol=1e-6)  # no tile
+            self.assertEqual(n.notices.texts, [])
+            return n.made
+
+    def test_tiles_become_one_image(self):
+        self.check(packed=False)
+
+    def test_packed_tiles_become_one_image(self):
+        self.check(packed=True)
+
+
 class Cameras(unittest.TestCase):
     def test_points_are_where_blender_puts_them(self):
         bpy.ops.wm.read_factory_settings(use_empty=True)
