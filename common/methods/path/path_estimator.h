@@ -7,7 +7,8 @@
 //
 // It follows one path per camera ray. Below sample 256 the path splits into two at its first surface. Each vertex
 // estimates direct light twice: by a sampled point of a light, and by a sampled direction of the BSDF. The power
-// heuristic weights both (Veach 1997, chapter 9). The estimate is unbiased.
+// heuristic weights both (Veach 1997, chapter 9). Segments in media that scatter have one such vertex for the light and
+// one for the direction (docs/design/core.md, "Fog"). The estimate is unbiased.
 //
 // Parameters
 //   --max-bounces N   scatterings of a path, at most (default 1000)
@@ -88,7 +89,7 @@ class PathEstimator : public tracer::EstimatorBase {
   void scatter_in_medium(Tracer& tracer, const Path& in, const tracer::Passage8& passage, M8 lanes,
                          std::uint32_t bounce) const {
     Path out = Tracer::unsplit(in, bounce);
-    const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
+    const HenyeyGreenstein8 phase{scene_.media().anisotropy(passage.medium)};
     const V8 wo = -in.direction;
     out.origin = passage.point;
     out.direction = phase.sample(wo, tracer.decide(out, bounce, tracer::bsdf_decision(bounce)));

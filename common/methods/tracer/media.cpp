@@ -13,10 +13,11 @@ namespace {
 /// of other points exceeds their use.
 constexpr float kFreePathsToLight = 10;
 
-/// The longest mean free path of the channels that scatter.
-F8 free_path(const V8& extinction, const V8& scattered) {
-  const auto of = [](F8 sigma, F8 light) { return masked(light > F8(0.0f), F8(1.0f) / sigma); };
-  return max_component({of(extinction.x, scattered.x), of(extinction.y, scattered.y), of(extinction.z, scattered.z)});
+/// The least extinction of the channels that scatter. Its inverse is the longest mean free path.
+F8 least_extinction(const V8& extinction, const V8& scattered) {
+  const F8 none(std::numeric_limits<float>::infinity());
+  const auto of = [&](F8 sigma, F8 light) { return select(light > F8(0.0f), sigma, none); };
+  return min(min(of(extinction.x, scattered.x), of(extinction.y, scattered.y)), of(extinction.z, scattered.z));
 }
 
 /// From a surface to a point behind it, beyond rounding errors.
@@ -36,10 +37,9 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F
                               Inscattered8& inscattered) const {
   const MediumTable& table = scene_.media();
   const F8 length = segment.length;
-  const U8 medium = table.current(paths.media);
-  const V8 extinction = table.extinction(medium);
+  const V8 extinction = table.extinction(segment.medium);
   const V8 left = MediumTable::transmittance(extinction, length);
-  const V8 scattering = table.scattering(medium);
+  const V8 scattering = table.scattering(segment.medium);
   const M8 scatters = lanes & (max_component(scattering) > F8(0.0f));
   if (scatters.none()) {
     paths.throughput = select(lanes, paths.throughput * left, paths.throughput);
@@ -63,8 +63,9 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F
     const V8 scattered = paths.throughput * scattering;
     M8 apart = lit;
     if (segment.bounce > 0) {
-      const F8 far = free_path(extinction, scattered) * F8(kFreePathsToLight);
-      apart = lit & (scene_.lights().equiangular().nearest2(segment.origin) < far * far);
+      const F8 least = least_extinction(extinction, scattered);
+      const F8 nearest2 = scene_.lights().equiangular().nearest2(segment.origin);
+      apart = lit & (nearest2 * least * least < F8(kFreePathsToLight * kFreePathsToLight));
     }
     density_ratio = select(event, F8(1.0f), density_ratio);
     if (apart.any()) {
@@ -73,8 +74,8 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F
     }
     if (const M8 same = and_not(lit & event, apart); same.any()) {
       const V8 throughput = paths.throughput * weight;
-      const F8 total = throughput.x + throughput.y + throughput.z;
-      keep(paths, same, segment, {distance, throughput * (F8(1.0f) / total), F8(1.0f)}, total, inscattered);
+      const F8 sum = throughput.x + throughput.y + throughput.z;
+      keep(paths, same, segment, {distance, throughput * (F8(1.0f) / sum), F8(1.0f)}, sum, inscattered);
     }
   }
   paths.throughput = select(scatters & alive, paths.throughput * weight, paths.throughput);
@@ -106,22 +107,25 @@ F8 Wavefront::choose_apart(const Path8& paths, M8 lanes, const Segment8& segment
 /// scatter. `point.throughput` is divided by the total of its segment.
 void Wavefront::keep(const Path8& paths, M8 lanes, const Segment8& segment, const Inscattered8::Point8& point, F8 total,
                      Inscattered8& inscattered) {
-  const U8 seed = decision_seed(paths.pixel_seed, inscattering_decision(segment.bounce, segment.passed));
   const F8 all = inscattered.total + masked(lanes, total);
-  const M8 kept = lanes & (hashed_number(paths.index, seed) * all < total);
+  M8 kept = lanes & (total > F8(0.0f));
+  if ((kept & (inscattered.total > F8(0.0f))).any()) {  // otherwise it is the first one
+    const U8 seed = decision_seed(paths.pixel_seed, inscattering_decision(segment.bounce, segment.passed));
+    kept = kept & (hashed_number(paths.index, seed) * all < total);
+  }
   inscattered.lanes = inscattered.lanes | kept;
   inscattered.total = all;
   inscattered.point = select(kept, segment.origin + paths.direction * point.distance, inscattered.point);
   inscattered.throughput = select(kept, point.throughput, inscattered.throughput);
   inscattered.density_ratio = select(kept, point.density_ratio, inscattered.density_ratio);
+  inscattered.medium = select(kept, segment.medium, inscattered.medium);
   inscattered.media = select(kept, paths.media, inscattered.media);
 }
 
 /// Next-event estimation at the chosen points. `density_ratio` scales densities of lights as scatter_in_medium scales
 /// those of the phase function.
 void Wavefront::add_inscattered(const Path8& paths, const Inscattered8& inscattered, std::uint32_t bounce) {
-  const MediumTable& table = scene_.media();
-  const HenyeyGreenstein8 phase{table.anisotropy(table.current(inscattered.media))};
+  const HenyeyGreenstein8 phase{scene_.media().anisotropy(inscattered.medium)};
   Path8 decided = paths;
   decided.pixel_seed = decision_seed(paths.pixel_seed, inscattering_decision(bounce, 0));
   const V8 throughput = inscattered.throughput * inscattered.total;
@@ -144,7 +148,7 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& pas
   Passage8 passage;
   passage.origin = paths.origin;
   F8 skipped(0.0f);  // by the step off the last surface
-  Inscattered8 inscattered{M8(), F8(0.0f), V8(), V8(), F8(0.0f), paths.media};
+  Inscattered8 inscattered{M8(), F8(0.0f), V8(), V8(), F8(0.0f), U8(0u), paths.media};
   M8 active = lanes;
   for (std::uint32_t passed = 0; active.any(); ++passed) {
     if (const M8 overfull = active & MediumTable::overfull(paths.media); overfull.any()) [[unlikely]] {
@@ -153,8 +157,10 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& pas
     }
     const F8 length = select(hits.hit, hits.distance + skipped, F8(std::numeric_limits<float>::infinity()));
     F8 scattered_at(0.0f);
-    const Segment8 segment{passage.origin - paths.direction * skipped, length, bounce, passed};
+    const Segment8 segment{passage.origin - paths.direction * skipped, length, table.current(paths.media), bounce,
+                           passed};
     const M8 scattered = sample_distance(paths, active, segment, scattered_at, passage.density_ratio, inscattered);
+    passage.medium = select(scattered, segment.medium, passage.medium);
     passage.scattered = passage.scattered | scattered;
     passage.point = select(scattered, passage.origin + paths.direction * (scattered_at - skipped), passage.point);
     hits.hit = and_not(hits.hit, scattered);
