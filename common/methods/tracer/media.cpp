@@ -109,9 +109,10 @@ void Wavefront::keep(const Path8& paths, M8 lanes, const Segment8& segment, cons
                      Inscattered8& inscattered) {
   const F8 all = inscattered.total + masked(lanes, total);
   M8 kept = lanes & (total > F8(0.0f));
-  if ((kept & (inscattered.total > F8(0.0f))).any()) {  // otherwise it is the first one
+  const M8 further = kept & (inscattered.total > F8(0.0f));
+  if (further.any()) {
     const U8 seed = decision_seed(paths.pixel_seed, inscattering_decision(segment.bounce, segment.passed));
-    kept = kept & (hashed_number(paths.index, seed) * all < total);
+    kept = and_not(kept, and_not(further, hashed_number(paths.index, seed) * all < total));
   }
   inscattered.lanes = inscattered.lanes | kept;
   inscattered.total = all;

@@ -114,7 +114,7 @@ std::string text_of(const Lamp& lamp) {
 }
 
 TestScene fog_scene(const std::vector<Fog>& fogs, const std::string& lights, const std::string& materials = "",
-                    const std::string& objects = "") {
+                    const std::string& objects = "", double fov_degrees = 0.01, int size = 8) {
   std::string all_materials = materials, all_objects = objects;
   for (std::size_t i = 0; i < fogs.size(); ++i) {
     const Fog& fog = fogs[i];
@@ -125,7 +125,7 @@ TestScene fog_scene(const std::vector<Fog>& fogs, const std::string& lights, con
     all_objects += separator + sphere(fmt::format("fog{}", i), list(fog.center), fog.radius);
   }
   return TestScene::from_text(
-      document(R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 0.01, 8, all_materials, all_objects, lights));
+      document(R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", fov_degrees, size, all_materials, all_objects, lights));
 }
 
 std::string text_of(const std::vector<Lamp>& lamps) {
@@ -273,6 +273,22 @@ TEST(Scattering, FogBesideALightPassesTheWhiteFurnaceTest) {
       for (int channel = 0; channel < 3; ++channel) {
         expect_answer(mean_of(image, channel), 1, 1e-2);
       }
+    }
+  }
+}
+
+// Other tiles have other paths in the same eight lanes.
+TEST(SingleScattering, ACropHasTheBitsOfTheFilm) {
+  const std::vector<Fog> fogs{{.scattering = {0.05, 0.1, 0.2}, .absorption = {0.02, 0, 0}},
+                              {{0.2, 0, -3}, 1.5, {6, 3, 1}, {0, 0.2, 0}, 0.5}};
+  const TestScene scene = fog_scene(fogs, text_of(lamps_in_a_row(5)), "", "", 40, 32);
+  const HalfImages film = scene.render({"path", 67, 0}, 4);
+  const PixelRect crop{5, 3, 13, 11};
+  const HalfImages part = scene.render({"path", 67, 0}, 4, crop);
+  for (int y = 0; y < crop.height; ++y) {
+    for (int x = 0; x < 3 * crop.width; ++x) {
+      ASSERT_EQ(part.a[static_cast<std::size_t>(y * 3 * crop.width + x)],
+                film.a[static_cast<std::size_t>((y + crop.y) * 3 * film.width + 3 * crop.x + x)]);
     }
   }
 }
