@@ -228,6 +228,10 @@ std::vector<std::uint32_t> LightBvh::cut(std::size_t most) {
   return roots;
 }
 
+LightBvh::Cone LightBvh::emission_cone(std::uint32_t node) const {
+  return {Vec3d(axis_[node]), two_sided_[node] == 1 ? -1 : cosine_of_sum(cos_normals_[node], cos_emission_[node])};
+}
+
 LightBvh::Node8 LightBvh::gathered(U8 node, M8 lanes) const {
   const auto row = [&](const std::vector<float>& rows) { return gather(rows.data(), node, lanes); };
   return {center_.at(node, lanes), axis_.at(node, lanes),

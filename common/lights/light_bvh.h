@@ -32,6 +32,13 @@ class LightBvh {
   F8 bound(const V8& p, std::uint32_t node) const;
   Vec3 center(std::uint32_t node) const { return center_[node]; }
   float radius2(std::uint32_t node) const { return radius2_[node]; }
+  float intensity(std::uint32_t node) const { return intensity_[node]; }
+  /// The directions in which the lights below a node shine. A cosine of -1 is all of them.
+  struct Cone {
+    Vec3d axis;
+    double cosine;
+  };
+  Cone emission_cone(std::uint32_t node) const;
 
   struct Choice8 {
     U8 light;

@@ -18,7 +18,7 @@ void append_bounds(const Lights& lights, std::vector<LightBounds>& out) {
 
 }  // namespace
 
-void LightTable::build() {
+void LightTable::build(bool equiangular) {
   const std::size_t counts[kKinds] = {facets.size(), spheres.size(),     disks.size(),
                                       points.size(), spots.size(),       cosine_powers.size(),
                                       ies.size(),    directional.size(), environment.samplable() ? std::size_t{1} : 0};
@@ -44,6 +44,9 @@ void LightTable::build() {
     light.irradiance = std::max(light.irradiance, kMinPower);
   }
   choice_ = LightChoice(bounded, distant);
+  if (equiangular) {
+    equiangular_ = EquiangularLights(bounded, distant);
+  }
   draws_ = needs_choice() ? 1 : static_cast<std::uint32_t>(size());
   find_intersectable();
 }

@@ -13,6 +13,7 @@
 #include "common/lights/directional_light.h"
 #include "common/lights/disk_light.h"
 #include "common/lights/environment_light.h"
+#include "common/lights/equiangular.h"
 #include "common/lights/facet_light.h"
 #include "common/lights/ies_light.h"
 #include "common/lights/light_choice.h"
@@ -38,8 +39,8 @@ class LightTable {
   DirectionalLights directional;
   EnvironmentRadiance environment;
 
-  /// Call it after the last add.
-  void build();
+  /// Call it after the last add. `equiangular`: also prepares equiangular sampling.
+  void build(bool equiangular = false);
 
   /// Lights that can be sampled.
   std::size_t size() const { return first_[kKinds]; }
@@ -51,6 +52,9 @@ class LightTable {
   /// Whether `sample` uses choice.u, and choice.v.
   bool needs_choice() const { return choice_.chooses(); }
   bool needs_second_choice() const { return choice_.needs_second_number(); }
+
+  /// Density on segments by the light of all lights; without clusters, unless build() prepared it.
+  const EquiangularLights& equiangular() const { return equiangular_; }
 
   /// Group number by light.
   void set_groups(std::vector<std::uint32_t> groups) { group_ = std::move(groups); }
@@ -128,6 +132,7 @@ class LightTable {
   void find_intersectable();
 
   LightChoice choice_;
+  EquiangularLights equiangular_;
   std::vector<std::uint32_t> group_;
   std::vector<std::uint8_t> hidden_;
   std::vector<std::uint32_t> intersectable_;

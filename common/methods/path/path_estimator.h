@@ -7,7 +7,8 @@
 //
 // It follows one path per camera ray. Below sample 256 the path splits into two at its first surface. Each vertex
 // estimates direct light twice: by a sampled point of a light, and by a sampled direction of the BSDF. The power
-// heuristic weights both (Veach 1997, chapter 9). The estimate is unbiased.
+// heuristic weights both (Veach 1997, chapter 9). Segments in media that scatter have one such vertex for the light and
+// one for the direction (docs/design/core.md, "Fog"). The estimate is unbiased.
 //
 // Parameters
 //   --max-bounces N   scatterings of a path, at most (default 1000)
@@ -25,15 +26,11 @@
 
 #include "common/materials/henyey_greenstein.h"
 #include "common/methods/tracer/estimator.h"
+#include "common/methods/tracer/power_heuristic.h"
 
 namespace lightmill::path {
 
-/// Weight of the first technique by the power heuristic with β = 2 (Veach 1997, eq. 9.13). Both densities have the same
-/// measure.
-inline F8 power_heuristic(F8 pdf, F8 other_pdf) {
-  const F8 ratio = other_pdf / pdf;
-  return F8(1.0f) / (F8(1.0f) + ratio * ratio);
-}
+using tracer::power_heuristic;
 
 class PathEstimator : public tracer::EstimatorBase {
  public:
@@ -84,24 +81,19 @@ class PathEstimator : public tracer::EstimatorBase {
     });
   }
 
-  // Medium: the same at a point where the medium scatters the path. The phase function is its own density.
+  // Medium: the phase function is its own density. Next-event estimation samples points of the segment by a density of
+  // its own (Wavefront::add_inscattered). A direction from this point has k times its density per solid angle, where k
+  // is the ratio of both densities per length. So the weights of both techniques sum to 1.
   static constexpr bool kScattersInMedia = true;
   template <class Tracer>
-  void scatter_in_medium(Tracer& tracer, const Path& in, const V8& point, M8 lanes, std::uint32_t bounce) const {
+  void scatter_in_medium(Tracer& tracer, const Path& in, const tracer::Passage8& passage, M8 lanes,
+                         std::uint32_t bounce) const {
     Path out = Tracer::unsplit(in, bounce);
-    const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
+    const HenyeyGreenstein8 phase{scene_.media().anisotropy(passage.medium)};
     const V8 wo = -in.direction;
-    for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
-      const LightSample8 light = tracer.draw_light(point, V8(), out, bounce, draw);
-      const F8 value = phase.pdf_solid_angle(wo, light.wi);
-      const F8 weight =
-          select(light.pdf_solid_angle > F8(0.0f), power_heuristic(light.pdf_solid_angle, value), F8(1.0f));
-      tracer.push_shadows(lanes & light.valid, point, light, in.throughput * light.weight * (value * weight), in.slot,
-                          in.media);
-    }
-    out.origin = point;
+    out.origin = passage.point;
     out.direction = phase.sample(wo, tracer.decide(out, bounce, tracer::bsdf_decision(bounce)));
-    out.pdf_solid_angle = phase.pdf_solid_angle(wo, out.direction);
+    out.pdf_solid_angle = phase.pdf_solid_angle(wo, out.direction) / passage.density_ratio;
     tracer.continue_path(out, lanes, bounce);
   }
 

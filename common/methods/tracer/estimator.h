@@ -18,7 +18,7 @@ namespace lightmill::tracer {
 struct EstimatorBase {
   /// Photons bring all light of irradiance meters, so no path starts on one.
   static constexpr bool kPhotonsReachMeters = false;
-  /// The estimator has scatter_in_medium(tracer, in, point, lanes, bounce).
+  /// The estimator has scatter_in_medium(tracer, in, passage, lanes, bounce).
   static constexpr bool kScattersInMedia = false;
 
   /// Colours of textures are averaged over the footprints of paths.

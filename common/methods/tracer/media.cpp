@@ -1,9 +1,24 @@
 // Segments of paths and shadow rays in media: absorption, sampled distances, and boundaries that do not stop light.
+#include "common/materials/henyey_greenstein.h"
 #include "common/methods/tracer/drawn_channel.h"
+#include "common/methods/tracer/inscattering.h"
+#include "common/methods/tracer/power_heuristic.h"
 #include "common/methods/tracer/wavefront.h"
 
 namespace lightmill::tracer {
 namespace {
+
+/// Next-event estimation has points of its own on a path's first segment, and where a light is within this many mean
+/// free paths. Elsewhere a path that scatters uses its own vertex: most light has scattered often there, and the time
+/// of other points exceeds their use.
+constexpr float kFreePathsToLight = 10;
+
+/// The least extinction of the channels that scatter. Its inverse is the longest mean free path.
+F8 least_extinction(const V8& extinction, const V8& scattered) {
+  const F8 none(std::numeric_limits<float>::infinity());
+  const auto of = [&](F8 sigma, F8 light) { return select(light > F8(0.0f), sigma, none); };
+  return min(min(of(extinction.x, scattered.x), of(extinction.y, scattered.y)), of(extinction.z, scattered.z));
+}
 
 /// From a surface to a point behind it, beyond rounding errors.
 V8 offset_behind(const Surface8& surface) {
@@ -12,24 +27,26 @@ V8 offset_behind(const Surface8& surface) {
 
 }  // namespace
 
-/// Multiplies the throughput by the transmittance of `length`. In media that scatter it samples a distance, and returns
-/// the lanes that scatter before `length`, with their distances.
+/// Multiplies the throughput by the transmittance of the segment. In media that scatter it samples a distance, and returns
+/// the lanes that scatter before its end, with their distances.
 ///
 /// A channel is drawn by its share of the throughput, and its density draws the distance. The weight divides by the
 /// mean density of the three channels (one-sample multiple importance sampling with the balance heuristic, Veach 1997,
 /// 9.2.4). So the sum of the channels never grows.
-M8 Wavefront::sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at) const {
+M8 Wavefront::sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F8& scattered_at, F8& density_ratio,
+                              Inscattered8& inscattered) const {
   const MediumTable& table = scene_.media();
-  const U8 medium = table.current(paths.media);
-  const V8 extinction = table.extinction(medium);
+  const F8 length = segment.length;
+  const V8 extinction = table.extinction(segment.medium);
   const V8 left = MediumTable::transmittance(extinction, length);
-  const V8 scattering = table.scattering(medium);
+  const V8 scattering = table.scattering(segment.medium);
   const M8 scatters = lanes & (max_component(scattering) > F8(0.0f));
   if (scatters.none()) {
     paths.throughput = select(lanes, paths.throughput * left, paths.throughput);
     return {};
   }
-  const Pair8 u = hashed_pair(paths.index, decision_seed(paths.pixel_seed, decision));
+  const Pair8 u =
+      hashed_pair(paths.index, decision_seed(paths.pixel_seed, medium_decision(segment.bounce, segment.passed)));
   const V8& t = paths.throughput;
   const F8 total = t.x + t.y + t.z;
   const M8 alive = total > F8(0.0f);
@@ -42,11 +59,85 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t d
   const F8 pdf = dot(share, extinction * until);
   const F8 survival = dot(share, left);
   const V8 weight = select(event, scattering * until * (F8(1.0f) / pdf), left * (F8(1.0f) / survival));
+  if (const M8 lit = scatters & alive & continues(paths); segment.bounce < max_bounces_) {
+    const V8 scattered = paths.throughput * scattering;
+    M8 apart = lit;
+    if (segment.bounce > 0) {
+      const F8 least = least_extinction(extinction, scattered);
+      const F8 nearest2 = scene_.lights().equiangular().nearest2(segment.origin);
+      apart = lit & (nearest2 * least * least < F8(kFreePathsToLight * kFreePathsToLight));
+    }
+    density_ratio = select(event, F8(1.0f), density_ratio);
+    if (apart.any()) {
+      const F8 other_pdf = choose_apart(paths, apart, segment, share, extinction, scattered, distance, inscattered);
+      density_ratio = select(event & apart, other_pdf / pdf, density_ratio);
+    }
+    if (const M8 same = and_not(lit & event, apart); same.any()) {
+      const V8 throughput = paths.throughput * weight;
+      const F8 sum = throughput.x + throughput.y + throughput.z;
+      keep(paths, same, segment, {distance, throughput * (F8(1.0f) / sum), F8(1.0f)}, sum, inscattered);
+    }
+  }
   paths.throughput = select(scatters & alive, paths.throughput * weight, paths.throughput);
   const M8 absorbs = and_not(lanes, scatters);
   paths.throughput = select(absorbs, paths.throughput * left, paths.throughput);
   scattered_at = select(event, distance, scattered_at);
   return event;
+}
+
+/// Chooses a point of next-event estimation on the segment, apart from the path's vertex. Returns the density of such
+/// points at `distance`, per length.
+F8 Wavefront::choose_apart(const Path8& paths, M8 lanes, const Segment8& segment, const V8& share, const V8& extinction,
+                           const V8& scattered, F8 distance, Inscattered8& inscattered) const {
+  const InscatteringDensity8 density(scene_.lights().equiangular(), segment.origin, paths.direction, segment.length,
+                                     scattered, extinction);
+  lanes = lanes & density.valid();
+  const U8 seed = decision_seed(paths.pixel_seed, inscattering_decision(segment.bounce, segment.passed));
+  const F8 at =
+      density.sample(tracer::decide(paths.index, seed, segment.bounce, kFilterDecision, plan_.sobol_vertices));
+  const V8 until = MediumTable::transmittance(extinction, at);
+  const F8 pdf = density.pdf_length(at);
+  keep(paths, lanes, segment,
+       {at, scattered * until * (F8(1.0f) / (pdf * density.total())), pdf / dot(share, extinction * until)},
+       density.total(), inscattered);
+  return masked(lanes, density.pdf_length(distance));
+}
+
+/// Of the points on a path's segments, one is kept: each by its share of the throughput `total` that the segments
+/// scatter. `point.throughput` is divided by the total of its segment.
+void Wavefront::keep(const Path8& paths, M8 lanes, const Segment8& segment, const Inscattered8::Point8& point, F8 total,
+                     Inscattered8& inscattered) {
+  const F8 all = inscattered.total + masked(lanes, total);
+  M8 kept = lanes & (total > F8(0.0f));
+  const M8 further = kept & (inscattered.total > F8(0.0f));
+  if (further.any()) {
+    const U8 seed = decision_seed(paths.pixel_seed, inscattering_decision(segment.bounce, segment.passed));
+    kept = and_not(kept, and_not(further, hashed_number(paths.index, seed) * all < total));
+  }
+  inscattered.lanes = inscattered.lanes | kept;
+  inscattered.total = all;
+  inscattered.point = select(kept, segment.origin + paths.direction * point.distance, inscattered.point);
+  inscattered.throughput = select(kept, point.throughput, inscattered.throughput);
+  inscattered.density_ratio = select(kept, point.density_ratio, inscattered.density_ratio);
+  inscattered.medium = select(kept, segment.medium, inscattered.medium);
+  inscattered.media = select(kept, paths.media, inscattered.media);
+}
+
+/// Next-event estimation at the chosen points. `density_ratio` scales densities of lights as scatter_in_medium scales
+/// those of the phase function.
+void Wavefront::add_inscattered(const Path8& paths, const Inscattered8& inscattered, std::uint32_t bounce) {
+  const HenyeyGreenstein8 phase{scene_.media().anisotropy(inscattered.medium)};
+  Path8 decided = paths;
+  decided.pixel_seed = decision_seed(paths.pixel_seed, inscattering_decision(bounce, 0));
+  const V8 throughput = inscattered.throughput * inscattered.total;
+  for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
+    const LightSample8 light = draw_light(inscattered.point, V8(), decided, bounce, draw);
+    const F8 value = phase.pdf_solid_angle(-paths.direction, light.wi);
+    const F8 weight = select(light.pdf_solid_angle > F8(0.0f),
+                             power_heuristic(light.pdf_solid_angle * inscattered.density_ratio, value), F8(1.0f));
+    push_shadows(inscattered.lanes & light.valid, inscattered.point, light,
+                 throughput * light.weight * (value * weight), paths.slot, inscattered.media);
+  }
 }
 
 /// Moves the paths through boundaries that do not stop light, to the first surface that does, or to a point where a
@@ -58,6 +149,7 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& pas
   Passage8 passage;
   passage.origin = paths.origin;
   F8 skipped(0.0f);  // by the step off the last surface
+  Inscattered8 inscattered{M8(), F8(0.0f), V8(), V8(), F8(0.0f), U8(0u), paths.media};
   M8 active = lanes;
   for (std::uint32_t passed = 0; active.any(); ++passed) {
     if (const M8 overfull = active & MediumTable::overfull(paths.media); overfull.any()) [[unlikely]] {
@@ -66,7 +158,10 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& pas
     }
     const F8 length = select(hits.hit, hits.distance + skipped, F8(std::numeric_limits<float>::infinity()));
     F8 scattered_at(0.0f);
-    const M8 scattered = sample_distance(paths, active, length, medium_decision(bounce, passed), scattered_at);
+    const Segment8 segment{passage.origin - paths.direction * skipped, length, table.current(paths.media), bounce,
+                           passed};
+    const M8 scattered = sample_distance(paths, active, segment, scattered_at, passage.density_ratio, inscattered);
+    passage.medium = select(scattered, segment.medium, passage.medium);
     passage.scattered = passage.scattered | scattered;
     passage.point = select(scattered, passage.origin + paths.direction * (scattered_at - skipped), passage.point);
     hits.hit = and_not(hits.hit, scattered);
@@ -103,6 +198,9 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& pas
     hits = select(active, nearest_stop(scene_, active, rays, false, passing, ws_.counters), hits);
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
     passage.before = select(active, dot(passage.origin - paths.origin, paths.direction), passage.before);
+  }
+  if (inscattered.lanes.any()) {
+    add_inscattered(paths, inscattered, bounce);
   }
   return passage;
 }

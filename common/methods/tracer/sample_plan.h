@@ -70,6 +70,12 @@ constexpr std::uint32_t medium_decision(std::uint32_t bounce, std::uint32_t pass
   return 0x50000000u + bounce * (kMaxPassed + 1) + passed;
 }
 
+/// The scramble of all decisions of next-event estimation in the medium of that segment. The numbers lie above those of
+/// medium_decision.
+constexpr std::uint32_t inscattering_decision(std::uint32_t bounce, std::uint32_t passed) {
+  return 0x90000000u + bounce * (kMaxPassed + 1) + passed;
+}
+
 inline Pair8 decide(U8 index, U8 pixel_seed, std::uint32_t vertex, std::uint32_t decision,
                     std::uint32_t sobol_vertices = Constants().sobol_vertices) {
   const U8 seed = decision_seed(pixel_seed, decision);

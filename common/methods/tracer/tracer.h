@@ -158,7 +158,7 @@ class Tracer : public Wavefront {
     const Passage8 passage = pass_media(there, lanes, hits, passing, bounce, std::cref(add));
     if constexpr (Estimator::kScattersInMedia) {
       if (passage.scattered.any() && bounce < max_bounces_) {
-        estimator_.scatter_in_medium(*this, there, passage.point, passage.scattered & continues(in), bounce);
+        estimator_.scatter_in_medium(*this, there, passage, passage.scattered & continues(in), bounce);
       }
     }
     shade(there, and_not(lanes, passage.scattered), hits, bounce, passage.origin, passage);

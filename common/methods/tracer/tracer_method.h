@@ -27,7 +27,9 @@ class TracerMethod final : public SampledMethod {
     const bool media = scene_->features().media;
     ws->paths.reserve(capacity, media);
     ws->next.reserve(capacity, media);
-    ws->shadows.reserve(capacity * std::max(scene_->lights().draws(), 1u), media);
+    // A path can queue light that a medium scatters, and then light that a surface scatters.
+    const std::size_t vertices = media && scene_->media().scatters() ? 2 : 1;
+    ws->shadows.reserve(capacity * vertices * std::max(scene_->lights().draws(), 1u), media);
     return ws;
   }
 

@@ -23,6 +23,8 @@ struct Passage8 {
   Crossing8 crossing;  ///< at the hit, in scenes with media
   M8 scattered;        ///< lanes that scatter in a medium before the hit, at `point`
   V8 point;
+  U8 medium;         ///< that scatters them
+  F8 density_ratio;  ///< there, of the points of next-event estimation over the points of scattering, per length
 };
 
 /// One sample of one tile. Not thread-safe.
@@ -155,7 +157,35 @@ class Wavefront {
   template <class ChannelOf>
   void add_to_planes(M8 lanes, U8 slot, const V8& value, const ChannelOf& channel_of);
   void add_not_finite(M8 lanes, U8 slot);
-  M8 sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at) const;
+  /// A segment between boundaries.
+  struct Segment8 {
+    V8 origin;
+    F8 length;
+    U8 medium;
+    std::uint32_t bounce, passed;
+  };
+  /// A point of each path where next-event estimation finds the light that a medium scatters.
+  struct Inscattered8 {
+    struct Point8 {
+      F8 distance;
+      V8 throughput;
+      F8 density_ratio;  ///< as in Passage8
+    };
+    M8 lanes;
+    F8 total;  ///< throughput that all segments so far scatter
+    V8 point, throughput;
+    F8 density_ratio;
+    U8 medium;
+    Media8 media;
+  };
+  M8 sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F8& scattered_at, F8& density_ratio,
+                     Inscattered8& inscattered) const;
+  [[gnu::noinline]] F8 choose_apart(const Path8& paths, M8 lanes, const Segment8& segment, const V8& share,
+                                    const V8& extinction, const V8& scattered, F8 distance,
+                                    Inscattered8& inscattered) const;
+  static void keep(const Path8& paths, M8 lanes, const Segment8& segment, const Inscattered8::Point8& point, F8 total,
+                   Inscattered8& inscattered);
+  void add_inscattered(const Path8& paths, const Inscattered8& inscattered, std::uint32_t bounce);
   V8 shadow_transmittance(const Shadow8& shadows, M8 lanes, M8 blocked);
 
   WavefrontWorkspace& ws_;

@@ -285,7 +285,7 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
     groups_[LightKind::sphere].push_back(group_of[sphere.material]);
   }
   out.emitter_points = emitter_points();
-  lights_.build();
+  lights_.build(has_scattering_media(scene_));
   std::vector<std::uint32_t> groups;
   for (const auto& [kind, numbers] : groups_) {
     groups.insert(groups.end(), numbers.begin(), numbers.end());

@@ -17,7 +17,8 @@ TEST(Decisions, HaveDifferentNumbersWithinASample) {
     for (const std::uint32_t decision :
          {light_decision(bounce), light_decision(bounce, 1), light_decision(bounce, 3), bsdf_decision(bounce),
           choice_decision(bounce), connection_decision(bounce), medium_decision(bounce, 0), medium_decision(bounce, 1),
-          medium_decision(bounce, kMaxPassed)}) {
+          medium_decision(bounce, kMaxPassed), inscattering_decision(bounce, 0), inscattering_decision(bounce, 1),
+          inscattering_decision(bounce, kMaxPassed)}) {
       numbers.insert(decision);
       ++count;
     }
