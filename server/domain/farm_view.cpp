@@ -47,7 +47,7 @@ JobStatus FarmView::decided_status(const Job& job, Time now, WorkerKinds& kinds)
   const FrameError error = job.frame_error();
   if (record.state == JobState::running) {
     status.samples_per_second = job.samples_per_second(now);
-    const double eta = expected_seconds(job, error, status.samples_per_second, now);
+    const double eta = expected_seconds(job, error, now);
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
   status.error = {error.rel_mse, error.half_width, error.known && has_error(record.spec)};

@@ -109,12 +109,9 @@ double expected_pixel_samples(const Job& job, const FrameError& error) {
   return std::max(count * each - done, 0.0);
 }
 
-double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
+double expected_seconds(const Job& job, const FrameError& error, Time now) {
   const Goal& goal = job.spec().goal;
-  double seconds = std::numeric_limits<double>::infinity();
-  if (samples_per_second > 0) {
-    seconds = expected_pixel_samples(job, error) / samples_per_second;
-  }
+  double seconds = job.seconds_for(expected_pixel_samples(job, error), now);
   if (goal.seconds > 0) {
     seconds = std::min(seconds, std::max(goal.seconds - job.active_seconds(now), 0.0));
   }
