@@ -365,7 +365,7 @@ bool Job::record_error(bool at_end) {
     return false;
   }
   const FrameError frame = error_.update(film());
-  const bool known = frame.known && has_error(spec());
+  const bool known = frame.known && method_has_error(spec().settings.method);
   if (known && again) {
     record_.history.back().rel_mse = frame.rel_mse;
     record_.history.back().half_width = frame.half_width;

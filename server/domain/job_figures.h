@@ -25,10 +25,6 @@ double expected_pixel_samples(const Job& job, const FrameError& error);
 /// Expected seconds until the job ends, if its film has this error. Infinite if unknown.
 double expected_seconds(const Job& job, const FrameError& error, Time now);
 
-/// Whether the halves of the job's film differ by its error. False for photon-map, which shows the same photons in all
-/// samples.
-bool has_error(const JobSpec& spec);
-
 /// Whether a done job's film still meets its goal: the samples, or the error. If time ended the job, every tile must
 /// have samples [0, n), n > 0.
 bool is_whole(const Job& job);

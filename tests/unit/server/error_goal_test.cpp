@@ -388,6 +388,12 @@ TEST_F(ErrorGoalTest, UnmeasurableGoalsAreRefusedByName) {
   JobSpec pixel = spec("r1", 4, {0, 0, 1, 1});
   pixel.goal.error = 0.1;
   EXPECT_EQ(error_of(pixel), "goal.error: a single pixel has no error estimate: give samples or seconds");
+  JobSpec photons = error_spec(0.1);
+  photons.settings.method = "photon-map:caustic";
+  EXPECT_EQ(
+      error_of(photons),
+      "goal.error: method photon-map:caustic has no error estimate, because all its samples show the same photons: "
+      "give samples or seconds");
 }
 
 }  // namespace
