@@ -174,6 +174,21 @@ void explain_methods(const Console& console) {
   print_text(console, "\n  lightmill render scene.json --method caustic:photons=50000,radius=1 -o picture.exr");
 }
 
+void explain_output(const Console& console) {
+  print_text(console,
+             "Results go to standard output. Progress, notices and errors go to standard error. With --json a command "
+             "prints one JSON object, and no progress.\n\n");
+  print_table(console, {{"OUTPUT TO", "HAS THE WIDTH"},
+                        {"a terminal", "of the terminal"},
+                        {"a pipe or a file", "of its longest line: nothing is wrapped, shortened or left out"},
+                        {"either, with the variable COLUMNS", "that COLUMNS says, from 20 to 10000"}});
+  print_text(
+      console,
+      "\nHelp pages have at most 100 columns. `lightmill top` and the line of progress fill the terminal, and no "
+      "more. The variable NO_COLOR turns colours off.\n\n"
+      "  COLUMNS=120 lightmill jobs >jobs.txt");
+}
+
 void explain_receipts(const Console& console) {
   print_text(console,
              "Each EXR has a receipt. It holds the scene, assets, method, seed, layers and fingerprint class of its "
@@ -218,7 +233,7 @@ void explain_scenes(const Console& console) {
   print_text(console, "\n`lightmill check SCENE` shows what is in a scene, and what is wrong with it.");
 }
 
-constexpr std::array<HelpTopic, 11> kTopics{{
+constexpr std::array<HelpTopic, 12> kTopics{{
     {"access", "certificates, tokens and roles", explain_access},
     {"audits", "how the farm checks its workers", explain_audits},
     {"denoise", "pictures with less noise", explain_denoise},
@@ -228,6 +243,7 @@ constexpr std::array<HelpTopic, 11> kTopics{{
     {"limits", "when a job stops", explain_limits},
     {"measures", "numbers that compare two pictures", explain_measures},
     {"methods", "rendering methods and their parameters", explain_methods},
+    {"output", "standard output, its width, and colours", explain_output},
     {"receipts", "what `lightmill verify` finds", explain_receipts},
     {"scenes", "scene files, cameras and skies", explain_scenes},
 }};

@@ -141,9 +141,8 @@ std::string words_read(const CLI::App& app) {
 }
 
 std::string error_for_terminal(std::string_view text) {
-  const int columns = terminal_columns(STDERR_FILENO);
-  const std::string lines = wrap_lines(text, columns);
-  return columns > 0 && colors_wanted() ? fmt::format("\x1b[31m{}\x1b[0m", lines) : lines;
+  const std::string lines = wrap_lines(text, output_columns(STDERR_FILENO));
+  return terminal_columns(STDERR_FILENO) > 0 && colors_wanted() ? fmt::format("\x1b[31m{}\x1b[0m", lines) : lines;
 }
 
 std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {

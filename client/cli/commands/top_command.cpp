@@ -122,7 +122,7 @@ Result<ExitCode> top(Context& context, const Console& console, const TopOptions&
   }
   if (options.once || console.json() || ::isatty(STDOUT_FILENO) != 1) {
     console.object(snapshot_json(*snapshot));
-    for (const std::string& line : top_lines(*snapshot, terminal_columns(STDOUT_FILENO), 0)) {
+    for (const std::string& line : top_lines(*snapshot, output_columns(STDOUT_FILENO), 0)) {
       console.result(line);
     }
     return kDone;
