@@ -115,7 +115,7 @@ void follow_farm(CoordinatorClient& connection, TopSnapshot snapshot, Duration i
 }
 
 Result<ExitCode> top(Context& context, const Console& console, const TopOptions& options) {
-  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common));
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common, console));
   Result<TopSnapshot> snapshot = first_snapshot(*connection, context.signals);
   if (!snapshot.ok()) {
     return console.fail(snapshot.status());
