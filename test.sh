@@ -16,6 +16,7 @@
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
+unset COLUMNS # tests read whole lines
 if [ ! -x /usr/bin/python3 ]; then
   case "${1:-}" in
     -h | --help)

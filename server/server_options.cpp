@@ -150,7 +150,7 @@ void add_state_options(CLI::App& app, ServerOptions& options, const char* data, 
   app.add_option("--data", options.data,
                  std::string(data) +
                      "With XDG_DATA_HOME, the default is lightmill in that folder. With --store, it "
-                     "holds only the record of the last commit, and has no default")
+                     "holds only the commit chain, and has no default")
       ->type_name("DIR")
       ->default_str("~/.local/share/lightmill");
   app.add_option("--store", options.store,

@@ -1,8 +1,8 @@
 #include "client/cli/console.h"
 
-#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -19,9 +19,9 @@ namespace {
 
 constexpr int kDefaultColumns = 80;
 
-/// The text, wrapped to the stream's terminal. Unchanged without one.
+/// The text, wrapped to the stream's columns. Unchanged without a limit.
 std::string wrapped(std::FILE* stream, std::string_view text) {
-  return wrap_lines(text, terminal_columns(::fileno(stream)));
+  return wrap_lines(text, output_columns(::fileno(stream)));
 }
 
 /// Returns 0 or the errno of the failed call.
@@ -78,11 +78,9 @@ Console::Console(bool json, bool openjd) : json_(json), openjd_(openjd) {
 }
 
 int Console::width() const {
-  winsize size{};
-  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) {
-    return size.ws_col;
-  }
-  return kDefaultColumns;
+  const int terminal = terminal_columns(STDERR_FILENO), columns = output_columns(STDERR_FILENO);
+  // A redrawn line that is wider than the terminal would leave a copy behind at each change.
+  return terminal > 0 ? std::min(terminal, columns) : columns > 0 ? columns : kDefaultColumns;
 }
 
 void Console::result(std::string_view line) const {

@@ -38,7 +38,7 @@ class Console {
   bool openjd() const { return openjd_; }
   bool terminal() const { return terminal_; }  ///< whether standard error is a terminal, so that lines can be redrawn
   bool color() const { return color_; }        ///< whether it is a terminal, and NO_COLOR is not set
-  int width() const;                           ///< current columns
+  int width() const;                           ///< columns of redrawn lines
 
   void result(std::string_view line) const;                ///< a line for people; nothing with --json
   void styled_result(std::string_view line) const;         ///< the same, with control characters for the terminal

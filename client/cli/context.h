@@ -65,6 +65,7 @@ void add_token_commands(CLI::App& app, Context& context);   ///< tokens, tokens 
 void add_log_command(CLI::App& app, Context& context);      ///< log
 void add_worker_commands(CLI::App& app, Context& context);  ///< workers, workers drain
 void add_top_command(CLI::App& app, Context& context);
+void add_convert_command(CLI::App& app, Context& context);
 void add_error_command(CLI::App& app, Context& context);
 void add_verify_command(CLI::App& app, Context& context);
 void add_check_command(CLI::App& app, Context& context);

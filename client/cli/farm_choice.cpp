@@ -1,12 +1,18 @@
 #include "client/cli/farm_choice.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 
 #include "client/cli/units.h"
+#include "common/base/file.h"
 #include "common/base/text.h"
 
 namespace lightmill::cli {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr Duration kGivenTimeout = std::chrono::seconds(10);
@@ -58,12 +64,54 @@ Result<CallerTexts> read_caller(const CommonOptions& options, const std::string&
   return lightmill::read_caller(options.caller, CLI::detail::split(addresses, ','), now_unix_s());
 }
 
+/// The port of the farm that quickstart.sh has started in this folder, if it runs and belongs to this user.
+std::optional<std::uint16_t> port_of_quickstart(const fs::path& folder) {
+  constexpr std::uint64_t kMaxBytes = 100;
+  const auto first_line = [&](const char* name) {
+    const fs::path file = folder / ".lightmill" / "quickstart" / name;
+    struct stat info {};
+    const bool own = ::lstat(file.c_str(), &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == ::geteuid();
+    const std::string text = own ? read_file(file, kMaxBytes).value_or("") : "";
+    return text.substr(0, text.find('\n'));
+  };
+  const pid_t server = parse_number<pid_t>(first_line("server.pid")).value_or(0);
+  return server > 0 && ::kill(server, 0) == 0 ? parse_number<std::uint16_t>(first_line("port")) : std::nullopt;
+}
+
 }  // namespace
 
-Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options) {
+std::string other_farm_note(const fs::path& folder, const std::string& address) {
+  fs::path place = folder;
+  std::optional<std::uint16_t> port = port_of_quickstart(place);
+  while (!port && place.has_relative_path()) {
+    place = place.parent_path();
+    port = port_of_quickstart(place);
+  }
+  const std::string there = fmt::format("127.0.0.1:{}", port.value_or(0));
+  return !port || there == address ? ""
+                                   : fmt::format(
+                                         "note: this command uses the farm at {}. The farm of {} is at {}: give "
+                                         "--server {} to use it",
+                                         address, (place / "quickstart.sh").string(), there, there);
+}
+
+namespace {
+
+void warn_of_other_farm(const Console& console) {
+  std::error_code error;
+  const fs::path here = fs::current_path(error);
+  if (const std::string note = error ? "" : other_farm_note(here, kDefaultServer); !note.empty()) {
+    console.notice(note);
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options, const Console& console) {
   GivenAddress given = given_address(options.server);
   if (given.address.empty()) {
     given.address = kDefaultServer;
+    warn_of_other_farm(console);
   }
   LM_RETURN_IF_ERROR(check_address(given));
   LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
@@ -72,7 +120,7 @@ Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options)
 
 ExitCode with_farm(const Console& console, const CommonOptions& options,
                    const std::function<Status(CoordinatorClient&)>& action) {
-  const Result<std::unique_ptr<CoordinatorClient>> connection = connect(options);
+  const Result<std::unique_ptr<CoordinatorClient>> connection = connect(options, console);
   const Status status = connection.ok() ? action(**connection) : connection.status();
   return status.ok() ? kDone : console.fail(status);
 }
@@ -133,6 +181,7 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFa
       console.notice(fmt::format(
           "farm: {} (it answers on the default port{})", kDefaultServer,
           local_options.threads > 0 ? "; --threads has no effect, because it applies only to a local farm" : ""));
+      warn_of_other_farm(console);
       return farm;
     }
   }

@@ -1,8 +1,10 @@
 // The choice of the farm that a command talks to.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "client/cli/console.h"
 #include "client/cli/context.h"
@@ -20,9 +22,14 @@ struct Farm {
   std::unique_ptr<CoordinatorClient> connection;
 };
 
+/// A note that `address` is not the farm that quickstart.sh runs in `folder` or above it. Empty if no such farm of this
+/// user runs there, or if it is at `address`.
+std::string other_farm_note(const std::filesystem::path& folder, const std::string& address);
+
 /// Connects to the farm of --server, else of LIGHTMILL_SERVER, else the default. Sends nothing yet. An error names a
-/// malformed address, or what is wrong with a file of --tls-….
-Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options);
+/// malformed address, or what is wrong with a file of --tls-…. Nobody chose the default, so the console says if the
+/// current folder has another farm.
+Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options, const Console& console);
 
 /// Connects as above, runs `action` and reports its error.
 ExitCode with_farm(const Console& console, const CommonOptions& options,

@@ -70,7 +70,8 @@ void explain_exit_codes(const Console& console) {
 void explain_farm(const Console& console) {
   print_text(console,
              "A command uses the farm of --server, else that of LIGHTMILL_SERVER, else the one at 127.0.0.1:7350. "
-             "Several addresses, separated by commas, are the active coordinator and its standbys: A:7350,B:7350.\n\n"
+             "Several addresses, separated by commas, are the active coordinator and its standbys: A:7350,B:7350. If "
+             "quickstart.sh runs a farm at another port in the current folder or above it, a note says so.\n\n"
              "`render`, `verify` and `lab` need no farm. If no address is given and no farm answers at "
              "127.0.0.1:7350, they start a local farm. They stop it at the end. --local always starts one.\n\n"
              "Ctrl-C in `render` cancels the job. Its picture can still be fetched. With a local farm, Ctrl-C writes "
@@ -174,6 +175,21 @@ void explain_methods(const Console& console) {
   print_text(console, "\n  lightmill render scene.json --method caustic:photons=50000,radius=1 -o picture.exr");
 }
 
+void explain_output(const Console& console) {
+  print_text(console,
+             "Results go to standard output. Progress, notices and errors go to standard error. With --json a command "
+             "prints one JSON object, and no progress.\n\n");
+  print_table(console, {{"OUTPUT TO", "HAS THE WIDTH"},
+                        {"a terminal", "of the terminal"},
+                        {"a pipe or a file", "of its longest line: nothing is wrapped, shortened or left out"},
+                        {"either, with the variable COLUMNS", "that COLUMNS says, from 20 to 10000"}});
+  print_text(
+      console,
+      "\nHelp pages have at most 100 columns. `lightmill top` and the line of progress fill the terminal, and no "
+      "more. The variable NO_COLOR turns colours off.\n\n"
+      "  COLUMNS=120 lightmill jobs >jobs.txt");
+}
+
 void explain_receipts(const Console& console) {
   print_text(console,
              "Each EXR has a receipt. It holds the scene, assets, method, seed, layers and fingerprint class of its "
@@ -218,7 +234,7 @@ void explain_scenes(const Console& console) {
   print_text(console, "\n`lightmill check SCENE` shows what is in a scene, and what is wrong with it.");
 }
 
-constexpr std::array<HelpTopic, 11> kTopics{{
+constexpr std::array<HelpTopic, 12> kTopics{{
     {"access", "certificates, tokens and roles", explain_access},
     {"audits", "how the farm checks its workers", explain_audits},
     {"denoise", "pictures with less noise", explain_denoise},
@@ -228,6 +244,7 @@ constexpr std::array<HelpTopic, 11> kTopics{{
     {"limits", "when a job stops", explain_limits},
     {"measures", "numbers that compare two pictures", explain_measures},
     {"methods", "rendering methods and their parameters", explain_methods},
+    {"output", "standard output, its width, and colours", explain_output},
     {"receipts", "what `lightmill verify` finds", explain_receipts},
     {"scenes", "scene files, cameras and skies", explain_scenes},
 }};

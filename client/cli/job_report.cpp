@@ -28,8 +28,9 @@ std::string black_notice(const FilmPicture& picture, const ViewSettings& view) {
 
 }  // namespace
 
-ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
-                          const PictureOutputs& outputs, const std::vector<std::string>& scene_notices) {
+static ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
+                                 const PictureOutputs& outputs, const std::vector<std::string>& scene_notices,
+                                 bool method_notices) {
   Result<AssembledFilm> film = fetch_film(connection, id);
   if (!film.ok()) {
     return console.fail(film.status());
@@ -77,8 +78,10 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   if (outputs.denoise && !outputs.paths.empty()) {
     console.result("note: the error is that of the raw picture. That of the denoised one is not known");
   }
-  for (const std::string& notice : film->job.method_notes().notices()) {
-    console.result("note: " + notice);
+  if (method_notices) {
+    for (const std::string& notice : film->job.method_notes().notices()) {
+      console.result("note: " + notice);
+    }
   }
   if (film->job.counters().results_audited() > 0 || film->job.counters().nodes_dropped() > 0) {
     console.result(audits_text(film->job));
@@ -92,10 +95,15 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   return kDone;
 }
 
+ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
+                          const PictureOutputs& outputs) {
+  return fetch_and_report(console, connection, id, outputs, {}, true);
+}
+
 ExitCode report_ended_job(const Console& console, CoordinatorClient& connection, const v1::Job& job,
                           const PictureOutputs& outputs, const std::vector<std::string>& scene_notices) {
   if (job.state() == v1::JOB_STATE_DONE) {
-    return fetch_and_report(console, connection, job.id(), outputs, scene_notices);
+    return fetch_and_report(console, connection, job.id(), outputs, scene_notices, false);
   }
   if (job.state() == v1::JOB_STATE_CANCELLED) {
     return console.fail(make_error(StatusCode::kAborted, "job {} was cancelled", job.id()),

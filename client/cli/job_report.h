@@ -11,12 +11,12 @@
 
 namespace lightmill::cli {
 
-/// Fetches the film as it is now, writes it to `outputs` and reports this. With --json the report includes the scene's
-/// notices.
+/// Fetches the film as it is now, writes it to `outputs` and reports this, with the method's notices.
 ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
-                          const PictureOutputs& outputs, const std::vector<std::string>& scene_notices = {});
+                          const PictureOutputs& outputs);
 
-/// The same for a done job. For a failed or cancelled job, reports the reason and returns kJobFailed.
+/// The same for a done job, after a ProgressPrinter has printed the method's notices. With --json the report includes
+/// the scene's notices. For a failed or cancelled job, reports the reason and returns kJobFailed.
 ExitCode report_ended_job(const Console& console, CoordinatorClient& connection, const v1::Job& job,
                           const PictureOutputs& outputs, const std::vector<std::string>& scene_notices = {});
 

@@ -42,6 +42,7 @@ const std::map<std::string, const char*> kExamples{
     {"certs show", "  lightmill certs show certs/server.pem"},
     {"certs worker", "  lightmill certs worker certs render-1"},
     {"check", "  lightmill check scenes/cornell-bench-balls.json"},
+    {"convert", "  lightmill convert picture.exr -o picture.png --exposure 1 --view filmic"},
     {"delete", "  lightmill delete 7 8"},
     {"error", "  lightmill error picture.exr reference.exr"},
     {"extend", "  lightmill extend 7 --spp 1024"},
@@ -99,7 +100,7 @@ void group_commands(CLI::App& app) {
       {"Render", {"render", "submit", "watch", "fetch"}},
       {"Jobs", {"jobs", "show", "cancel", "pause", "resume", "priority", "extend", "delete"}},
       {"Farm", {"top", "workers", "log", "tokens", "certs"}},
-      {"Scenes and pictures", {"check", "lab", "error", "verify"}},
+      {"Scenes and pictures", {"check", "lab", "convert", "error", "verify"}},
       {"Help", {"help"}}};
   for (const auto& [group, names] : groups) {
     for (const char* name : names) {
@@ -135,6 +136,7 @@ int run(int argc, char** argv) {
   add_top_command(app, context);
   add_token_commands(app, context);
   add_log_command(app, context);
+  add_convert_command(app, context);
   add_error_command(app, context);
   add_verify_command(app, context);
   add_check_command(app, context);

@@ -320,10 +320,25 @@ bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
          (since >= kPlainAtMostEvery && fraction_done(job) >= last_fraction_ + kPlainStep);
 }
 
-void ProgressPrinter::show(const v1::Job& job) {
+double TimeLeft::update(double estimate_s, Time now) {
+  constexpr double kPartOfEstimate = 8, kLeast = 0.5, kMost = 20;  // the memory, in parts and seconds
+  const double passed_s = to_seconds(now - last_);
+  last_ = now;
+  if (estimate_s < 0 || shown_s_ < 0) {
+    return shown_s_ = estimate_s;
+  }
+  const double counted_down_s = std::max(shown_s_ - passed_s, 0.0);
+  const double memory_s = std::clamp(std::max(estimate_s, counted_down_s) / kPartOfEstimate, kLeast, kMost);
+  shown_s_ = counted_down_s + (estimate_s - counted_down_s) * -std::expm1(-passed_s / memory_s);
+  return shown_s_;
+}
+
+void ProgressPrinter::show(const v1::Job& from_farm) {
   if (console_.json()) {
     return;
   }
+  v1::Job job = from_farm;
+  job.set_eta_seconds(time_left_.update(job.state() == v1::JOB_STATE_RUNNING ? job.eta_seconds() : -1, clock_.now()));
   if (!notes_shown_ && job.id() != 0 && job.method_notes().candidates().empty()) {
     notes_shown_ = true;
     for (const std::string& line : method_lines(job)) {

@@ -67,6 +67,18 @@ std::string progress_text(const v1::Job& job, int width);
 /// The same after a bar, if there is room for one.
 std::string progress_line(const v1::Job& job, int width, bool color);
 
+/// A job's time left, smoothed: the moment of its end moves towards each new estimate, the more slowly the farther away
+/// it is.
+class TimeLeft {
+ public:
+  /// The seconds to show for the farm's estimate at `now`. Negative: unknown.
+  double update(double estimate_s, Time now);
+
+ private:
+  Time last_{};
+  double shown_s_ = -1;  ///< at last_
+};
+
 /// Prints a job's progress as it changes.
 class ProgressPrinter {
  public:
@@ -78,6 +90,7 @@ class ProgressPrinter {
 
   const Console& console_;
   const Clock& clock_;
+  TimeLeft time_left_;
   bool notes_shown_ = false;
   bool shown_ = false;
   Time last_time_{};

@@ -182,6 +182,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_RETURN_IF_ERROR(check_name("--owner", job.spec.owner));
   LM_ASSIGN_OR_RETURN(job.spec.goal, checked_goal(job.spec.goal));
   LM_ASSIGN_OR_RETURN(const MethodSpec spec, checked_method(settings));
+  LM_RETURN_IF_ERROR(with_context(check_method_error(spec.name, job.spec.goal.error), "--error"));
   LM_ASSIGN_OR_RETURN(settings.layers, make_layers(options, spec.name));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
   LM_RETURN_IF_ERROR(with_context(check_method_media(spec.name, has_scattering_media(job.scene.scene)), "--method"));

@@ -158,13 +158,30 @@ class RowFormat {
   const std::vector<int> widths_;
 };
 
-/// The columns of standard output's terminal; 0: none.
-int output_columns() {
-  return terminal_columns(STDOUT_FILENO);
+/// A name of this width can be recognised. A name column is not narrower while others can give way.
+constexpr int kMinName = 16;
+
+/// The width of the widest cell of each column.
+std::vector<int> widest_cells(const Rows& rows) {
+  std::vector<int> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      widths[i] = std::max(widths[i], columns_of(row[i]));
+    }
+  }
+  return widths;
+}
+
+Rows first_columns(Rows rows, std::size_t count) {
+  for (auto& row : rows) {
+    row.resize(std::min(row.size(), count));
+  }
+  return rows;
 }
 
 Coloring coloring_of_output(const Coloring& coloring) {
-  return output_columns() > 0 && colors_wanted() ? coloring : Coloring();
+  return terminal_columns(STDOUT_FILENO) > 0 && colors_wanted() ? coloring : Coloring();
 }
 
 }  // namespace
@@ -189,8 +206,47 @@ std::vector<std::string> format_table(Rows rows, int width, const Coloring& colo
   return lines;
 }
 
+Rows squeezed(Rows rows, int width, const Squeeze& squeeze) {
+  escape(rows);
+  const std::vector<int> widths = widest_cells(rows);
+  // The columns of the first `count` columns, without those of the name.
+  const auto width_of = [&](std::size_t count) {
+    return std::accumulate(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(count),
+                           kGap * (static_cast<int>(count) - 1) - widths[squeeze.name]);
+  };
+  const int least_name = std::min(widths[squeeze.name], kMinName);
+  std::size_t count = widths.size();
+  while (count > squeeze.kept && width_of(count) + least_name > width) {
+    --count;
+  }
+  const bool one_line = width_of(count) + least_name <= width;
+  const int name = one_line ? width - width_of(count) : std::max(std::min(kMinWrapped, width / 2), 2);
+  for (auto& row : rows) {
+    if (columns_of(row[squeeze.name]) > name) {
+      row[squeeze.name] = shortened(row[squeeze.name], name);
+    }
+  }
+  if (one_line) {
+    return first_columns(std::move(rows), count);
+  }
+  const auto takes_two_lines = [&](std::size_t columns) {
+    return std::ranges::all_of(format_rows(first_columns(rows, columns), width),
+                               [](const auto& lines) { return lines.size() <= 2; });
+  };
+  count = widths.size();
+  while (count > squeeze.kept && !takes_two_lines(count)) {
+    --count;
+  }
+  return first_columns(std::move(rows), count);
+}
+
+void print_table(const Console& console, Rows rows, const Coloring& coloring, const Squeeze& squeeze) {
+  const int width = output_columns(STDOUT_FILENO);
+  print_table(console, width > 0 ? squeezed(std::move(rows), width, squeeze) : rows, coloring);
+}
+
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring) {
-  for (const std::string& line : format_table(rows, output_columns(), coloring_of_output(coloring))) {
+  for (const std::string& line : format_table(rows, output_columns(STDOUT_FILENO), coloring_of_output(coloring))) {
     console.styled_result(line);  // cells are escaped
   }
 }

@@ -29,7 +29,19 @@ std::vector<std::string> format_table(Rows rows, int width, const Coloring& colo
 /// The same, with the lines of each row apart.
 std::vector<std::vector<std::string>> format_rows(Rows rows, int width, const Coloring& coloring = {});
 
+/// What a table gives up, so that each row fits one line.
+struct Squeeze {
+  std::size_t name = 0;  ///< column whose long cells lose their middle
+  std::size_t kept = 0;  ///< number of columns that stay. Those after them are left out, from the last
+};
+
+/// The rows for format_table with this `width`, which is not 0. If even the kept columns do not fit, format_table moves
+/// some below the row. Then the others stay as long as that takes one line.
+Rows squeezed(Rows rows, int width, const Squeeze& squeeze);
+
 /// Prints rows for people. In a terminal they are fitted to it, and coloured if colors_wanted.
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring = {});
+/// The same after squeezed(), if the output has a width.
+void print_table(const Console& console, Rows rows, const Coloring& coloring, const Squeeze& squeeze);
 
 }  // namespace lightmill::cli

@@ -9,10 +9,12 @@
 #include <clocale>
 #include <cstdlib>
 
+#include "common/base/text.h"
+
 namespace lightmill {
 namespace {
 
-constexpr int kMinWrappedColumns = 20;
+constexpr int kMinWrappedColumns = 20, kMaxColumns = 10'000;
 
 /// The C library's tables for Unicode, whatever locale the user has. Without them (a system that lacks C.UTF-8) each
 /// character counts as one column.
@@ -108,6 +110,11 @@ std::vector<std::string> wrap(std::string_view text, int columns, bool sentences
 int terminal_columns(int descriptor) {
   winsize size{};
   return ::isatty(descriptor) == 1 && ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
+}
+
+int output_columns(int descriptor) {
+  const int given = parse_number<int>(variable("COLUMNS")).value_or(0);
+  return given >= kMinWrappedColumns && given <= kMaxColumns ? given : terminal_columns(descriptor);
 }
 
 bool colors_wanted() {

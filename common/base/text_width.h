@@ -10,6 +10,11 @@ namespace lightmill {
 /// Columns of the terminal behind this descriptor. 0 if it is not a terminal.
 int terminal_columns(int descriptor);
 
+/// Columns for text that goes to this descriptor: those of the variable COLUMNS (20 to 10,000), else those of its
+/// terminal, else 0. 0 means no limit: text in pipes and files is not wrapped. A value of COLUMNS that is not such a
+/// number is ignored.
+int output_columns(int descriptor);
+
 /// Whether terminals get coloured text: NO_COLOR is not set, and TERM names a terminal that is not "dumb".
 bool colors_wanted();
 

@@ -195,7 +195,7 @@ class HelpFormatter final : public CLI::FormatterBase {
 };
 
 int columns_for_terminal() {
-  const int columns = terminal_columns(STDOUT_FILENO);
+  const int columns = output_columns(STDOUT_FILENO);
   return columns == 0 ? kMaxColumns : columns;
 }
 

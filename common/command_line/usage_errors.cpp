@@ -84,6 +84,18 @@ std::string missing_text(const CLI::App& read, const std::string& text) {
              : what + " must be given";
 }
 
+/// The command below `top` that has a command of this name, as people type it. Empty if there is none.
+std::string parent_of(std::string_view name, const CommandDoc& top) {
+  for (const CommandDoc& command : top.commands) {
+    for (const std::string& below : commands_below(command)) {
+      if (below == name) {
+        return command.words();
+      }
+    }
+  }
+  return "";
+}
+
 /// The error for the first word that was left over.
 std::string unknown_word(const CLI::App& app, std::string_view left_over) {
   const std::string word(left_over.substr(0, left_over.find('=')));
@@ -93,6 +105,9 @@ std::string unknown_word(const CLI::App& app, std::string_view left_over) {
       return fmt::format("unexpected argument '{}'", word);
     }
     const std::vector<std::string> names = commands_below(command);
+    if (const std::string parent = parent_of(word, command); !parent.empty()) {
+      return fmt::format("unknown command '{}'. Did you mean `{} {}`?", word, parent, word);
+    }
     const std::string near = did_you_mean(word, names);
     return fmt::format("unknown command '{}'{}", word,
                        near.empty() ? fmt::format(". Commands: {}", fmt::join(names, ", ")) : near);
@@ -141,9 +156,8 @@ std::string words_read(const CLI::App& app) {
 }
 
 std::string error_for_terminal(std::string_view text) {
-  const int columns = terminal_columns(STDERR_FILENO);
-  const std::string lines = wrap_lines(text, columns);
-  return columns > 0 && colors_wanted() ? fmt::format("\x1b[31m{}\x1b[0m", lines) : lines;
+  const std::string lines = wrap_lines(text, output_columns(STDERR_FILENO));
+  return terminal_columns(STDERR_FILENO) > 0 && colors_wanted() ? fmt::format("\x1b[31m{}\x1b[0m", lines) : lines;
 }
 
 std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {

@@ -25,6 +25,19 @@ Status check_method(std::string_view text, const RenderSettings& settings) {
 
 }  // namespace
 
+bool method_has_error(std::string_view method) {
+  return method.substr(0, method.find(':')) != "photon-map";
+}
+
+Status check_method_error(std::string_view method, double error) {
+  return error == 0 || method_has_error(method)
+             ? ok_status()
+             : invalid_argument(
+                   "method {} has no error estimate, because all its samples show the same photons: give samples or "
+                   "seconds",
+                   method);
+}
+
 Status check_request_id(std::string_view id) {
   return id.empty() ? invalid_argument("request_id: must not be empty") : ok_status();
 }
@@ -108,6 +121,7 @@ Status check_spec(const JobSpec& spec, std::span<const std::string> candidates) 
   if (candidates.empty()) {
     LM_RETURN_IF_ERROR(check_method(settings.method, settings));
   }
+  LM_RETURN_IF_ERROR(with_context(check_method_error(settings.method, spec.goal.error), "goal.error"));
   if (settings.renderer_version.empty()) {
     return invalid_argument("settings.renderer_version: must not be empty");
   }

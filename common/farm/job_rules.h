@@ -23,6 +23,11 @@ std::uint64_t most_samples(const Goal& goal);
 Status check_goal(const Goal& goal);
 /// Also checks whether a job on `crop` can end by the goal.
 Status check_goal(const Goal& goal, const PixelRect& crop);
+/// Whether the halves of a film by this method differ by its error. Not for photon-map, which shows the same photons in
+/// all samples.
+bool method_has_error(std::string_view method);
+/// Checks whether a film by this method can reach this error. 0: no error is asked for.
+Status check_method_error(std::string_view method, double error);
 Status check_audit_share(double share);
 
 /// Checks the film's size, and that the crop is inside.

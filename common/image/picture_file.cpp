@@ -13,15 +13,7 @@ namespace {
 
 Result<FramedPicture> framed_exr(ByteView bytes) {
   LM_ASSIGN_OR_RETURN(const Image image, decode_exr(bytes));
-  FramedPicture picture{{image.data.width, image.data.height, {}}, image.display, image.data};
-  for (const char* name : {"R", "G", "B"}) {
-    const std::vector<float>* values = image.floats(name);
-    if (values == nullptr) {
-      return invalid_argument("the file has no channel {}", name);
-    }
-    picture.rgb.values.insert(picture.rgb.values.end(), values->begin(), values->end());
-  }
-  return picture;
+  return framed_picture(image);
 }
 
 Result<FramedPicture> framed_png(ByteView bytes) {
@@ -51,6 +43,18 @@ Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat for
   }
   LM_ASSIGN_OR_RETURN(const RgbImage frame, png_layer.empty() ? shown_frame(picture) : layer_frame(picture, png_layer));
   return encode_png(frame.width, frame.height, to_srgb8(frame, view));
+}
+
+Result<FramedPicture> framed_picture(const Image& image) {
+  FramedPicture picture{{image.data.width, image.data.height, {}}, image.display, image.data};
+  for (const char* name : {"R", "G", "B"}) {
+    const std::vector<float>* values = image.floats(name);
+    if (values == nullptr) {
+      return invalid_argument("the file has no channel {}", name);
+    }
+    picture.rgb.values.insert(picture.rgb.values.end(), values->begin(), values->end());
+  }
+  return picture;
 }
 
 Result<FramedPicture> load_framed(const fs::path& path) {

@@ -99,18 +99,25 @@ Verdict admit_vcm(const SceneFacts& facts) {
   return {"vcm", true, caustics ? "" : "nothing in the scene causes caustics, so path finds all light with less work"};
 }
 
-/// Names the lights that camera paths do not hit.
+/// "camera paths never hit the point light 'bulb', so its light".
 std::string unmet_light(const SceneFacts& facts) {
-  return facts.delta_lights.empty() ? first_of(facts.small_emitters, "emitters")
-                                    : first_of(facts.delta_lights, "lights");
+  return facts.delta_lights.empty()
+             ? fmt::format("camera paths rarely hit so small a light as {}, so its light",
+                           first_of(facts.small_emitters, "emitters"))
+             : fmt::format("camera paths never hit {}, so its light", first_of(facts.delta_lights, "lights"));
 }
 
-std::string layers_reason(const SceneFacts& facts) {
-  return fmt::format("{} shines on {}, which reflects some of its light like a mirror. {} finds it", unmet_light(facts),
-                     first_of(facts.smooth_layers, "objects"),
-                     admit_vcm(facts).admitted   ? "vcm"
-                     : admit_ppm(facts).admitted ? "ppm alone"
-                                                 : "no method");
+/// The method that finds light by way of smooth layers, which `caustic` treats as receivers.
+std::string_view finder_of_layers(const SceneFacts& facts) {
+  return admit_vcm(facts).admitted ? "vcm" : admit_ppm(facts).admitted ? "ppm alone" : "no method";
+}
+
+/// Light that surfaces reflect like a mirror, besides scattering it.
+Verdict without_layers(std::string_view method, const SceneFacts& facts) {
+  return {std::string(method), false,
+          fmt::format("{} from the smooth layer of {} is missing", unmet_light(facts),
+                      first_of(facts.smooth_layers, "objects")),
+          std::string(finder_of_layers(facts))};
 }
 
 Verdict admit_caustic(const SceneFacts& facts) {
@@ -118,7 +125,7 @@ Verdict admit_caustic(const SceneFacts& facts) {
     return {"caustic", false, "it does not support scattering media"};
   }
   if (UnseenCaustics(facts).by_layers) {
-    return {"caustic", false, layers_reason(facts)};
+    return without_layers("caustic", facts);
   }
   if (std::string reason = hidden_reason(facts); !reason.empty()) {
     return {"caustic", false, std::move(reason)};
@@ -132,10 +139,7 @@ Verdict admit_caustic(const SceneFacts& facts) {
 
 /// The method that finds what camera paths miss.
 std::string_view finder_of_caustics(const SceneFacts& facts) {
-  return admit_caustic(facts).admitted ? "caustic"
-         : admit_vcm(facts).admitted   ? "vcm"
-         : admit_ppm(facts).admitted   ? "ppm alone"
-                                       : "no method";
+  return admit_caustic(facts).admitted ? "caustic" : finder_of_layers(facts);
 }
 
 Verdict admit_path(const SceneFacts& facts) {
@@ -144,15 +148,11 @@ Verdict admit_path(const SceneFacts& facts) {
   }
   const UnseenCaustics unseen(facts);
   if (!unseen.by_casters) {
-    return unseen.by_layers ? Verdict{"path", false, layers_reason(facts)} : Verdict{"path", true, ""};
+    return unseen.by_layers ? without_layers("path", facts) : Verdict{"path", true, ""};
   }
   return {"path", false,
-          fmt::format(
-              "{} shines on {}, and paths from the camera {}. So the light from there to other surfaces is missing. {} "
-              "finds it",
-              unmet_light(facts), first_of(facts.smooth_casters, "objects"),
-              facts.delta_lights.empty() ? "rarely hit so small a light" : "never hit a light without extent",
-              finder_of_caustics(facts))};
+          fmt::format("{} by way of {} is missing", unmet_light(facts), first_of(facts.smooth_casters, "objects")),
+          std::string(finder_of_caustics(facts))};
 }
 
 /// `raycast` and `whitted`, which omit light by design.
@@ -223,13 +223,12 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
       find_all.emplace_back(method);
       candidates.push_back(find_all.back() + parameters);
     } else if (!verdict.admitted && passed_over.empty()) {
-      passed_over = fmt::format("{} does not find all light: {}", method, verdict.reason);
+      passed_over = fmt::format("{} misses light: {}", method, verdict.reason);
     }
   }
   if (candidates.size() > 1) {
     return {candidates,
-            {fmt::format("{} find all light, and {} may cause caustics", fmt::join(find_all, " and "),
-                         first_of(facts.casters, "objects"))}};
+            {fmt::format("two methods find all light, and {} may cause caustics", first_of(facts.casters, "objects"))}};
   }
   if (candidates.size() == 1) {
     const std::string reason = find_all.front() != kCandidates.front() ? passed_over
@@ -250,7 +249,8 @@ std::vector<std::string> method_notices(const SceneFacts& facts, std::string_vie
   const Verdict verdict = admit(facts, method);
   std::vector<std::string> notices;
   if (!verdict.admitted && method_needs_light(name_of(method))) {
-    notices.push_back(fmt::format("{}: {}", verdict.method, verdict.reason));
+    notices.push_back(fmt::format("{}: {}{}", verdict.method, verdict.reason,
+                                  verdict.finder.empty() ? "" : fmt::format(". {} finds it", verdict.finder)));
   }
   const bool counts_photons =
       verdict.method == "ppm" || (verdict.method == "caustic" && !facts.casters.empty()) || verdict.method == "vcm";

@@ -14,6 +14,7 @@ struct Verdict {
   std::string method;
   bool admitted = false;  ///< it finds all light
   std::string reason;     ///< why not, or why `auto` does not take it; may be empty
+  std::string finder{};   ///< what finds the missing light: a method, "ppm alone" or "no method". Empty: not known
 };
 
 /// `method`: as jobs write it, with or without parameters. Light that no cheap and reliable test excludes is assumed to

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/farm/job_rules.h"
+
 namespace lightmill {
 
 JobStatus FarmView::status(const Job& job, Time now) const {
@@ -47,10 +49,10 @@ JobStatus FarmView::decided_status(const Job& job, Time now, WorkerKinds& kinds)
   const FrameError error = job.frame_error();
   if (record.state == JobState::running) {
     status.samples_per_second = job.samples_per_second(now);
-    const double eta = expected_seconds(job, error, status.samples_per_second, now);
+    const double eta = expected_seconds(job, error, now);
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
-  status.error = {error.rel_mse, error.half_width, error.known && has_error(record.spec)};
+  status.error = {error.rel_mse, error.half_width, error.known && method_has_error(record.spec.settings.method)};
   status.history = record.history;
   status.counters = record.counters;
   status.results_unaudited = job.audits().unaudited();

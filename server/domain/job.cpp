@@ -143,7 +143,7 @@ const Film& Job::film() const {
   return std::get<Film>(film_);
 }
 
-Job::Merged Job::merge(TileId tile, NodePtr node, const std::string& identity, Time now) {
+Job::Merged Job::merge(TileId tile, NodePtr node, const std::string& identity, double seconds, Time now) {
   const std::uint64_t non_finite_before = film().non_finite(), samples_before = film().pixel_samples();
   Merged merged{.outcome = std::get<Film>(film_).merge(tile, std::move(node))};
   if (merged.outcome.kind != MergeOutcome::Kind::merged) {
@@ -162,6 +162,7 @@ Job::Merged Job::merge(TileId tile, NodePtr node, const std::string& identity, T
   record_.counters.non_finite += film().non_finite() - non_finite_before;
   merged.pixel_samples = film().pixel_samples() - samples_before;
   rate_.add(static_cast<double>(merged.pixel_samples), now);
+  steady_rate_.add(static_cast<double>(merged.pixel_samples), seconds, active_seconds(now));
   merged.first_picture = !pictured_ && film().min_samples() > 0;
   pictured_ = pictured_ || merged.first_picture;
   return merged;
@@ -287,6 +288,7 @@ void Job::keep_time(double kept, Time now) {
   if (active_since_) {
     active_since_ = now;
   }
+  steady_rate_ = {};  // active time went back
   if (plan_ && plan_->closed() && !time_is_up(now)) {
     plan_->set_goal(samples_wanted_now());
   }
@@ -363,7 +365,7 @@ bool Job::record_error(bool at_end) {
     return false;
   }
   const FrameError frame = error_.update(film());
-  const bool known = frame.known && has_error(spec());
+  const bool known = frame.known && method_has_error(spec().settings.method);
   if (known && again) {
     record_.history.back().rel_mse = frame.rel_mse;
     record_.history.back().half_width = frame.half_width;

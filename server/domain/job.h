@@ -21,6 +21,7 @@
 #include "server/domain/pending_audits.h"
 #include "server/domain/rate_meter.h"
 #include "server/domain/refusals.h"
+#include "server/domain/steady_rate.h"
 #include "server/scheduling/job_plan.h"
 
 namespace lightmill {
@@ -91,8 +92,8 @@ class Job {
     std::uint64_t pixel_samples = 0;  ///< that the film did not have
     bool first_picture = false;       ///< each pixel has a sample now, for the first time under any coordinator
   };
-  /// A result of this identity.
-  Merged merge(TileId tile, NodePtr node, const std::string& identity, Time now);
+  /// A result of this identity, which took a thread `seconds`.
+  Merged merge(TileId tile, NodePtr node, const std::string& identity, double seconds, Time now);
   /// Drops the node that has these samples. Returns its range, or nothing if there is no such node.
   std::optional<SampleRange> drop_node(TileId tile, SampleRange within, Time now);
   /// Leaves the values only in the store. The job has ended (checked).
@@ -152,6 +153,10 @@ class Job {
   void add_cost(double seconds, std::uint64_t pixel_samples);
   const MeasuredCost& cost() const { return cost_; }  ///< of any worker
   double samples_per_second(Time now) const { return rate_.per_second(now); }
+  /// Seconds until so many more pixel samples have come. Infinite if unknown.
+  double seconds_for(double pixel_samples, Time now) const {
+    return steady_rate_.seconds_for(pixel_samples, active_seconds(now));
+  }
   /// Class for a result of a worker of this class. Empty unless the job allows several classes (see Renderer).
   std::string class_of_result(const std::string& of_worker) const {
     return record_.spec.allow_mixed ? of_worker : std::string();
@@ -212,7 +217,8 @@ class Job {
   Losses losses_;
   Refusals refusals_;
   MeasuredCost cost_;
-  RateMeter rate_;  ///< pixel samples
+  RateMeter rate_;          ///< pixel samples
+  SteadyRate steady_rate_;  ///< pixel samples over active time
   bool digest_durable_;
   Sha256 digest_;
   LeaseId bound_at_{0};

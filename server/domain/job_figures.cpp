@@ -52,11 +52,6 @@ std::string describe(const Goal& goal) {
   return text;
 }
 
-bool has_error(const JobSpec& spec) {
-  const Result<MethodSpec> method = parse_method(spec.settings.method);
-  return !method.ok() || method->name != "photon-map";
-}
-
 Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   Goal goal = job.spec().goal;
   // Reached limits would end the job at once.
@@ -69,6 +64,7 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
       return invalid_argument("error: must be less than before, got {} after {}", to.error, goal.error);
     }
     const RenderSettings& settings = job.spec().settings;
+    LM_RETURN_IF_ERROR(with_context(check_method_error(settings.method, to.error), "error"));
     if (may_gather(settings, job.record().method_notes) && NodeLayout(settings.layers).bias < 0) {
       return failed_precondition(
           "the film has no layer \"bias\", so its error cannot be a goal: the method may gather photons. Extend the job with "
@@ -109,12 +105,9 @@ double expected_pixel_samples(const Job& job, const FrameError& error) {
   return std::max(count * each - done, 0.0);
 }
 
-double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
+double expected_seconds(const Job& job, const FrameError& error, Time now) {
   const Goal& goal = job.spec().goal;
-  double seconds = std::numeric_limits<double>::infinity();
-  if (samples_per_second > 0) {
-    seconds = expected_pixel_samples(job, error) / samples_per_second;
-  }
+  double seconds = job.seconds_for(expected_pixel_samples(job, error), now);
   if (goal.seconds > 0) {
     seconds = std::min(seconds, std::max(goal.seconds - job.active_seconds(now), 0.0));
   }

@@ -22,12 +22,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now);
 
 /// Expected pixel samples until the job ends, if its film has this error. Infinite if unknown, or if only time ends it.
 double expected_pixel_samples(const Job& job, const FrameError& error);
-/// Expected seconds until the job ends at `samples_per_second`, if its film has this error. Infinite if unknown.
-double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now);
-
-/// Whether the halves of the job's film differ by its error. False for photon-map, which shows the same photons in all
-/// samples.
-bool has_error(const JobSpec& spec);
+/// Expected seconds until the job ends, if its film has this error. Infinite if unknown.
+double expected_seconds(const Job& job, const FrameError& error, Time now);
 
 /// Whether a done job's film still meets its goal: the samples, or the error. If time ended the job, every tile must
 /// have samples [0, n), n > 0.

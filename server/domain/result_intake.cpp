@@ -175,7 +175,7 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
   provenance_.forget_orphans(event);  // before new results are recorded in their place
   count_cost(job, by, result, event);
   const auto [outcome, fresh, first_picture] =
-      job.merge(key.tile, std::make_shared<const Node>(std::move(result.node)), by.identity, event.now);
+      job.merge(key.tile, std::make_shared<const Node>(std::move(result.node)), by.identity, result.seconds, event.now);
   if (outcome.kind != MergeOutcome::Kind::merged) {
     const bool differs = outcome.kind == MergeOutcome::Kind::mismatch;
     count_duplicate(job, key, by, differs, event);

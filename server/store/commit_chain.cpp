@@ -102,7 +102,7 @@ Status CommitChain::restart(const CommitMark& mark) {
 
 Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
   if (chain && chain->store != store.store) {
-    return failed_precondition("the record of the last commit belongs to another store");
+    return failed_precondition("the commit chain belongs to another store");
   }
   if (chain && store.commits < chain->commits) {
     return failed_precondition(
@@ -114,15 +114,14 @@ Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMa
 
 Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
   if (!chain) {
-    return store.commits <= 1 ? ok_status()  // killed before the first record, so nothing was acknowledged
-                              : failed_precondition(
-                                    "the record of the last commit is missing or damaged, so the database may have "
-                                    "lost commits");
+    return store.commits <= 1
+               ? ok_status()  // killed before its first mark, so nothing was acknowledged
+               : failed_precondition("the commit chain is missing or damaged, so the database may have lost commits");
   }
   LM_RETURN_IF_ERROR(check_shared_chain(chain, store));
   if (store.commits > chain->commits + 1) {
-    return failed_precondition("its last commit is {}, but the record of the last commit is older: it says {}",
-                               store.commits, chain->commits);
+    return failed_precondition("its last commit is {}, but the commit chain is older: it ends at {}", store.commits,
+                               chain->commits);
   }
   if (store.commits == chain->commits && store.hash != chain->hash) {
     return failed_precondition("its writes up to commit {} differ from the acknowledged ones", store.commits);

@@ -1,7 +1,7 @@
-// Record of the last acknowledged commit, in a file of its own. It shows when a database has lost commits.
+// Commit chain: a mark of the last acknowledged commit, in a file of its own. It shows when a database has lost commits.
 //
 // SQLite reads its journal up to the first damaged frame and drops the rest silently. So one flipped bit could lose
-// acknowledged jobs. The record is written after each commit, before its acknowledgement.
+// acknowledged jobs. The mark is written after each commit, before its acknowledgement.
 #pragma once
 
 #include <array>

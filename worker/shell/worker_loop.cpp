@@ -43,6 +43,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
       connected_(options.connected),
       refused_most_(options.session.refused_most),
       session_(options.session),
+      name_in_log_(options.session.name),
       random_(std::hash<std::string>{}(options.session.name) ^ options.session.pid),
       link_(options.farm, link_handlers()),
       assets_([this](const Sha256& digest) { return link_.download(digest); }, options.asset_bytes),
@@ -87,8 +88,12 @@ LinkHandlers WorkerLoop::link_handlers() {
   handlers.message = [this](std::uint64_t stream, CoordinatorMessage message) {
     post([this, stream, message = std::move(message)](Time now) {
       if (stream == stream_ && stream_open_) {
-        if (std::holds_alternative<Welcome>(message)) {
+        if (const Welcome* const welcome = std::get_if<Welcome>(&message)) {
           troubles_.clear();
+          if (welcome->worker != name_in_log_) {
+            name_in_log_ = welcome->worker;
+            spdlog::info("the farm knows this worker as {}", printable(name_in_log_));
+          }
         }
         session_.message(message, now, actions_);
       }

@@ -85,6 +85,7 @@ class WorkerLoop {
     std::optional<std::string> status, before;  ///< messages of the last two different failures
     std::string why;                            ///< the last reason in the log
   };
+  std::string name_in_log_;                  ///< the last name of this worker that its log has
   std::map<std::string, Trouble> troubles_;  ///< by address, since the last connection
   bool explaining_now_ = false;              ///< explaining_ has not posted its result yet
   std::uint64_t random_ = 0;                 ///< state of the jitter's generator

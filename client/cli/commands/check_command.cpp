@@ -90,17 +90,35 @@ json plan_json(const SceneFacts& facts) {
           {"auto", {{"methods", plan.candidates}, {"reasons", plan.reasons}}}};
 }
 
+/// Longer reasons are not repeated.
+constexpr std::size_t kShortReason = 50;
+
+/// The choice of `auto`. It leaves out reasons that the rows of methods have.
+std::string choice_text(const MethodPlan& plan, const std::vector<Verdict>& verdicts) {
+  const std::string chosen = fmt::format("{}", fmt::join(plan.candidates, " or "));
+  if (plan.candidates.size() > 1) {
+    return chosen + ": a pilot picks one";
+  }
+  const std::string reasons = fmt::format("{}", fmt::join(plan.reasons, "; "));
+  const auto said = std::ranges::find_if(verdicts, [&](const Verdict& verdict) {
+    return !verdict.reason.empty() && reasons.find(verdict.reason) != std::string::npos;
+  });
+  return said == verdicts.end() ? fmt::format("{}: {}", chosen, reasons)
+                                : fmt::format("{}, because {} misses light", chosen, said->method);
+}
+
 ReportRows plan_rows(const SceneFacts& facts) {
   ReportRows rows = fact_rows(facts);
-  for (const Verdict& verdict : admit_all(facts)) {
-    rows.push_back({"method " + verdict.method,
-                    verdict.admitted ? "finds all light" + (verdict.reason.empty() ? "" : "; " + verdict.reason)
-                                     : "misses light: " + verdict.reason});
+  const std::vector<Verdict> verdicts = admit_all(facts);
+  for (const Verdict& verdict : verdicts) {
+    const Verdict& first = *std::ranges::find(verdicts, verdict.reason, &Verdict::reason);
+    const std::string reason =
+        &first != &verdict && verdict.reason.size() > kShortReason ? "as with " + first.method : verdict.reason;
+    rows.push_back({"method " + verdict.method, verdict.admitted
+                                                    ? "finds all light" + (reason.empty() ? "" : "; " + reason)
+                                                    : "misses light: " + reason});
   }
-  const MethodPlan plan = plan_method(facts, kAutoMethod);
-  rows.push_back(
-      {"auto chooses", fmt::format("{}: {}{}", fmt::join(plan.candidates, " or "), fmt::join(plan.reasons, "; "),
-                                   plan.candidates.size() > 1 ? "; a pilot picks one" : "")});
+  rows.push_back({"auto chooses", choice_text(plan_method(facts, kAutoMethod), verdicts)});
   return rows;
 }
 

@@ -26,6 +26,9 @@ struct JobOptions {
   bool cancel = false;
 };
 
+/// Columns of the table that stand in any terminal: those up to METHOD.
+constexpr std::size_t kNameColumn = 1, kColumnsKept = 8;
+
 std::vector<std::string> table_row(const v1::Job& job, std::int64_t now_ms) {
   const bool running = job.state() == v1::JOB_STATE_RUNNING;
   return {std::to_string(job.id()),
@@ -72,8 +75,7 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   const std::vector<v1::Job>& jobs = listed.items;
   json objects = json::array();
   const std::int64_t now_ms = system_clock().unix_milliseconds();
-  std::vector<std::vector<std::string>> rows{
-      {"JOB", "NAME", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "METHOD", "OWNER", "SUBMITTED", "SIZE"}};
+  Rows rows{{"JOB", "NAME", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "METHOD", "OWNER", "SUBMITTED", "SIZE"}};
   for (const v1::Job& job : jobs) {
     objects.push_back(to_json(job));
     rows.push_back(table_row(job, now_ms));
@@ -84,7 +86,7 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   if (jobs.empty()) {
     console.result(chosen ? "no job matches" : "no jobs yet: `lightmill submit SCENE` queues one");
   } else {
-    print_table(console, rows, {2, color_of_state});
+    print_table(console, std::move(rows), {2, color_of_state}, {kNameColumn, kColumnsKept});
     if (jobs.size() < listed.total) {
       console.notice(fmt::format("{} of {} jobs; --all lists all", jobs.size(), listed.total));
     }
@@ -174,6 +176,8 @@ void add_job_commands(CLI::App& app, Context& context) {
   jobs->footer(
       "A ! after the method means that there are notices, for example about missing light. `lightmill show JOB` lists "
       "them.\n"
+      "In a narrow terminal, long names lose their middle, and SIZE, SUBMITTED and OWNER are left out, in this order. "
+      "`lightmill help output` says what sets the width.\n"
       "Mixed means that workers of every fingerprint class may render the job (--allow-mixed).");
   const auto list = std::make_shared<ListOptions>();
   jobs->add_option("--state", list->states,

@@ -115,14 +115,14 @@ void follow_farm(CoordinatorClient& connection, TopSnapshot snapshot, Duration i
 }
 
 Result<ExitCode> top(Context& context, const Console& console, const TopOptions& options) {
-  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common));
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common, console));
   Result<TopSnapshot> snapshot = first_snapshot(*connection, context.signals);
   if (!snapshot.ok()) {
     return console.fail(snapshot.status());
   }
   if (options.once || console.json() || ::isatty(STDOUT_FILENO) != 1) {
     console.object(snapshot_json(*snapshot));
-    for (const std::string& line : top_lines(*snapshot, terminal_columns(STDOUT_FILENO), 0)) {
+    for (const std::string& line : top_lines(*snapshot, output_columns(STDOUT_FILENO), 0)) {
       console.result(line);
     }
     return kDone;

@@ -74,7 +74,7 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
 Result<ExitCode> watch(Context& context, const Console& console, const WatchOptions& options) {
   LM_ASSIGN_OR_RETURN(const PictureOutputs outputs, options.picture.checked());
   Farm farm;
-  LM_ASSIGN_OR_RETURN(farm.connection, connect(context.common));
+  LM_ASSIGN_OR_RETURN(farm.connection, connect(context.common, console));
   if (const Result<v1::Job> job = farm.connection->get_job(options.job); !job.ok()) {
     return console.fail(job.status());
   }
@@ -89,7 +89,7 @@ Result<ExitCode> watch(Context& context, const Console& console, const WatchOpti
 
 Result<ExitCode> fetch(Context& context, const Console& console, const WatchOptions& options) {
   LM_ASSIGN_OR_RETURN(const PictureOutputs outputs, options.picture.checked());
-  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common));
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common, console));
   return fetch_and_report(console, *connection, options.job, outputs);
 }
 

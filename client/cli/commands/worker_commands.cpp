@@ -57,9 +57,40 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   return ok_status();
 }
 
+/// Drains the workers whose names begin with the name of this certificate or token. Returns how many there are.
+Result<std::size_t> drain_workers_of(CoordinatorClient& connection, const Console& console,
+                                     const std::string& identity) {
+  LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());
+  json objects = json::array();
+  for (const v1::Worker& worker : listed.items) {
+    if (!worker.away() && worker.name().starts_with(identity + "/")) {
+      const Result<v1::Worker> drained = connection.drain_worker(worker.name());
+      if (drained.status().code() == StatusCode::kNotFound) {
+        continue;  // it has just left
+      }
+      LM_RETURN_IF_ERROR(drained.status());
+      objects.push_back(to_json(*drained));
+      console.result(fmt::format("worker {} finishes its units and leaves", worker.name()));
+    }
+  }
+  if (!objects.empty()) {
+    console.object(json{{"workers", objects}});
+  }
+  return objects.size();
+}
+
 Status drain_worker(CoordinatorClient& connection, const Console& console, const std::string& name) {
-  LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.drain_worker(name));
-  console.object(to_json(worker));
+  const Result<v1::Worker> worker = connection.drain_worker(name);
+  if (worker.status().code() == StatusCode::kNotFound) {
+    LM_ASSIGN_OR_RETURN(const std::size_t drained, drain_workers_of(connection, console, name));
+    return drained > 0 ? ok_status()
+                       : not_found(
+                             "{}, and no worker has a certificate or token of this name. `lightmill workers` "
+                             "lists the workers",
+                             message_of(worker.status()));
+  }
+  LM_RETURN_IF_ERROR(worker.status());
+  console.object(to_json(*worker));
   console.result(fmt::format("worker {} finishes its units and leaves", name));
   return ok_status();
 }
@@ -97,7 +128,9 @@ void add_worker_commands(CLI::App& app, Context& context) {
 
   const auto name = std::make_shared<std::string>();
   CLI::App* drain = workers->add_subcommand("drain", "Let a worker finish its units and leave.");
-  drain->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
+  drain->footer("With the name of a certificate or token, all of its workers drain.");
+  drain->add_option("NAME", *name, "the worker's name, as `workers` prints it, or the name of its certificate or token")
+      ->required();
   add_common_options(*drain, context);
   ask_farm(*drain, context, [name](CoordinatorClient& connection, const Console& console) {
     return drain_worker(connection, console, *name);

@@ -27,7 +27,7 @@ class Leadership {
     /// Creates no tables and does not wait. NOT_FOUND if there are none, FAILED_PRECONDITION if a coordinator is
     /// active.
     bool read_only = false;
-    /// File for the record of the last known commit. A standby coordinator writes it too. Empty: no record.
+    /// File of the commit chain. A standby coordinator writes it too. Empty: no chain.
     std::filesystem::path chain = {};
     bool accept_loss = false;
     /// Waits for the given time. False if the coordinator is to stop.
@@ -48,7 +48,7 @@ class Leadership {
   Status record_commit(std::uint64_t number, std::uint64_t highest_job);
   /// OK, with a warning, if the operator accepts this loss. Otherwise FAILED_PRECONDITION with a remedy.
   Status check_accepted(const Status& loss) const;
-  /// The highest job id ever used, according to the record.
+  /// The highest job id ever used, according to the commit chain.
   std::uint64_t highest_job() const { return highest_job_; }
   /// Begins the next epoch.
   Status take_again();
@@ -62,7 +62,7 @@ class Leadership {
   Status stand_by();
   /// Ends the lease of a killed coordinator: one without connections in several checks in a row.
   Status end_lease_of_gone(Session& session);
-  /// Compares the database with the record, and updates the record. FAILED_PRECONDITION if the database is behind.
+  /// Compares the database with the commit chain, and updates the chain. FAILED_PRECONDITION if the database is behind.
   Status verify_chain(Session& session);
   /// Takes the lease if it is free or ours, and returns "". Otherwise returns its holder's name.
   Result<std::string> try_to_take(Session& session);
@@ -73,7 +73,7 @@ class Leadership {
   const std::string instance_;  ///< 16 random hex digits
   std::atomic<std::uint64_t> epoch_ = 0;
   std::optional<CommitChain> chain_;
-  std::array<std::uint8_t, 16> store_{};  ///< the store's id, for the record
+  std::array<std::uint8_t, 16> store_{};  ///< the store's id, for the commit chain
   std::uint64_t highest_job_ = 0;
   std::string seen_;           ///< the active instance, once it was seen with a connection
   int checks_without_it_ = 0;  ///< in a row since then

@@ -20,9 +20,9 @@ struct PostgresOptions {
   /// Creates no tables and does not wait. NOT_FOUND if there is no farm, FAILED_PRECONDITION if a coordinator is
   /// active.
   bool read_only = false;
-  /// File for the record of the last known commit (commit_chain.h). Empty: no record.
+  /// File of the commit chain (commit_chain.h). Empty: no chain.
   std::filesystem::path chain = {};
-  bool accept_loss = false;  ///< start with a database that is behind the record
+  bool accept_loss = false;  ///< start with a database that is behind the commit chain
   /// Waits for the given time. False if the standby is to stop.
   std::function<bool(std::chrono::milliseconds)> wait;
   /// Called once from another thread when another coordinator has taken over. This one can store nothing afterwards.

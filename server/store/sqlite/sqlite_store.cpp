@@ -194,7 +194,7 @@ Status SqliteStore::write(std::span<const StoreOp> ops) {
   return ok_status();
 }
 
-/// COMMIT, then the record in the chain: an acknowledged commit is known in two places.
+/// COMMIT, then the mark in the commit chain: an acknowledged commit is known in two places.
 Status SqliteStore::finish(sqlite::StoreRow next) {
   ++next.commits;
   next.hash = writes_->finish();

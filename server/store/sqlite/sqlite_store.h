@@ -18,10 +18,10 @@ struct SqliteOptions {
   bool accept_loss = false;  ///< start with a database that has lost acknowledged commits
 };
 
-/// Whether the record of the last commit next to the store's file has one. The file itself may be gone. Creates nothing.
+/// Whether the commit chain next to the store's file has a mark. The file itself may be gone. Creates nothing.
 bool sqlite_has_acknowledged(const std::filesystem::path& file);
 
-/// Opens or creates the store's file, and next to it the record of the last commit (commit_chain.h). The caller holds
+/// Opens or creates the store's file, and next to it the commit chain (commit_chain.h). The caller holds
 /// the lock of the data folder (server/store/data_folder.h). A refused store is not changed.
 /// - FAILED_PRECONDITION: another format, or another program's file. From load(): small rows are lost or outdated.
 /// - DATA_LOSS: not a database, damaged, or acknowledged commits are lost.

@@ -65,7 +65,6 @@ BEFORE = [
     ("docs/operate/compose.md", "lightmill certs init *", "mkdir -p ~/../deploy/compose && cd ~/../deploy/compose && rm -rf certs"),
     ("docs/operate/compose.md", "lightmill tokens create worker *FARM*",
      "lightmill-server --tls-cert certs/server.pem --tls-ca certs/ca.pem"),
-    ("docs/operate/install.md", "export *", "lightmill-server --tls-cert certs/server.pem --tls-ca certs/ca.pem"),
     ("docs/operate/kubernetes.md", "export *", "lightmill-server --tls-cert certs/server.pem --tls-ca certs/ca.pem"),
     ("docs/operate/security.md", "lightmill-worker --server *", "cp farm-certs/ca.pem farm-certs/ada.pem ."),
     ("docs/operate/security.md", "lightmill tokens create render*10 --out render.enrol *admin*", "rm render.enrol"),

@@ -169,6 +169,29 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
       << workers.out;
 }
 
+TEST_F(SecureCliTest, TheNameOfACertificateDrainsItsWorkers) {
+  json({"certs", "person", certs(), "op", "--roles", "operate"});
+  start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
+  const auto start_worker = [&](const std::string& name) {
+    return std::make_unique<BackgroundProcess>(
+        std::vector<std::string>{program("lightmill-worker"), "--server", "127.0.0.1:" + port(), "--tls-ca", pem("ca"),
+                                 "--tls-cert", pem("render-1"), "--name", name, "--threads", "1"},
+        file(name + ".log"));
+  };
+  const auto a = start_worker("a"), b = start_worker("b");
+  ASSERT_TRUE(eventually([&] { return json(as("op", {"workers"}))["workers"].size() == 2; }));
+  EXPECT_TRUE(says(failure(as("op", {"workers", "drain", "render-2"})),
+                   "there is no worker 'render-2', and no worker has a certificate or token of this name"));
+  const nlohmann::json drained = json(as("op", {"workers", "drain", "render-1"}))["workers"];
+  ASSERT_EQ(drained.size(), 2u);
+  EXPECT_EQ(drained[0]["name"], "render-1/a");
+  EXPECT_EQ(drained[1]["name"], "render-1/b");
+  EXPECT_EQ(a->wait(), 0);
+  EXPECT_EQ(b->wait(), 0);
+  std::ifstream log(file("a.log"));
+  EXPECT_TRUE(says(std::string(std::istreambuf_iterator<char>(log), {}), "the farm knows this worker as render-1/a"));
+}
+
 TEST_F(SecureCliTest, OnlyTheCoordinatorsUserReadsItsState) {
   std::filesystem::create_directory(file("data"));
   ::chmod(file("data").c_str(), 0755);

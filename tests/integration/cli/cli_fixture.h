@@ -43,7 +43,8 @@ class CliTest : public ::testing::Test {
   }
   Environment environment() const {
     Environment variables{{"TMPDIR", temporary()}};
-    for (const char* name : {"LIGHTMILL_SERVER", "LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT", "LIGHTMILL_TLS_KEY"}) {
+    for (const char* name :
+         {"COLUMNS", "LIGHTMILL_SERVER", "LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT", "LIGHTMILL_TLS_KEY"}) {
       variables[name] = "";
     }
     return variables;

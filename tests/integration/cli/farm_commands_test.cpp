@@ -79,6 +79,19 @@ TEST_F(SharedFarmTest, ACropHasTheBitsOfTheWhole) {
   EXPECT_NE(refused.err.find("must have the same size"), std::string::npos) << refused.err;
 }
 
+TEST_F(SharedFarmTest, ColumnsSetsTheWidthOfAPipe) {
+  submit({scene("cornell-bench-blocks.json"), "--size", "8x8", "--spp", "1", "--name", std::string(60, 'n')});
+  const auto jobs = [&](const char* columns) {
+    Environment variables = environment();
+    variables["COLUMNS"] = columns;
+    return run_command({program("lightmill"), "jobs", "--limit", "1", "--server", server()}, variables).out;
+  };
+  EXPECT_NE(jobs("").find(std::string(60, 'n')), std::string::npos) << "nothing is shortened in a pipe";
+  const std::string narrow = jobs("80");
+  EXPECT_EQ(std::ranges::count(narrow, '\n'), 2) << narrow;
+  EXPECT_NE(narrow.find("nn…nn"), std::string::npos) << narrow;
+}
+
 TEST_F(SharedFarmTest, ErrorIsZeroAgainstItselfAndFallsWithSamples) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const char* samples : {"2", "32", "256"}) {

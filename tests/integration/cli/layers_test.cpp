@@ -2,6 +2,7 @@
 #include <bit>
 #include <cstring>
 #include <numeric>
+#include <set>
 
 #include "client/cli/film_fetch.h"
 #include "common/base/check.h"
@@ -101,6 +102,51 @@ std::map<std::string, std::uint32_t> manifest_of(const Image& image, const std::
     }
   }
   return ids;
+}
+
+TEST_F(SharedFarmTest, ConvertMakesThePngThatFetchMakes) {
+  const nlohmann::json job = on_farm({"render", scene("cornell-bench-blocks.json"), "--size", "24x20", "--spp", "2",
+                                      "--layers", "normal", "--denoise", "-o", file("a.exr")});
+  std::set<std::string> different;
+  for (const std::vector<std::string>& view : {std::vector<std::string>{},
+                                               {"--exposure", "1", "--view", "filmic", "--gamma", "1.2"},
+                                               {"--png-layer", "normal"},
+                                               {"--denoise"}}) {
+    on_farm(with({"fetch", std::to_string(job["id"].get<int>()), "-o", file("fetched.png")}, view));
+    json(with({"convert", file("a.exr"), "-o", file("converted.png")}, view));
+    const std::string converted = read_file(file("converted.png")).value();
+    EXPECT_EQ(converted, read_file(file("fetched.png")).value()) << fmt::format("{}", fmt::join(view, " "));
+    different.insert(converted);
+  }
+  EXPECT_EQ(different.size(), 4u);
+  EXPECT_EQ(lightmill({"convert", file("a.exr"), "-o", file("b.png")}).out,
+            fmt::format("{} -> {}\n", file("a.exr"), file("b.png")));
+}
+
+TEST_F(CliTest, ConvertSaysWhatAFileLacks) {
+  Image image{{0, 0, 4, 2}, {1, 0, 2, 2}, {}, {}};
+  for (const char* name : {"R", "G", "B"}) {
+    image.channels.push_back({name, std::vector<float>{0, 0.25f, 0.5f, 1}});
+  }
+  std::ofstream(file("other.exr")) << encode_exr(image).value();
+  json({"convert", file("other.exr"), "-o", file("other.png")});
+  const Result<RgbImage> png = load_rgb(file("other.png"));
+  ASSERT_TRUE(png.ok()) << png.status();
+  EXPECT_EQ(std::pair(png->width, png->height), std::pair(2, 2));
+  EXPECT_EQ(png->values.at(3), 1);
+  const auto failure = [&](const std::vector<std::string>& more) {
+    return json(with({"convert"}, more), 2)["failure"].value("message", "");
+  };
+  EXPECT_EQ(failure({file("other.png"), "-o", file("b.png")}), file("other.png") + ": this is not an EXR file");
+  EXPECT_EQ(failure({file("none.exr"), "-o", file("b.png")}),
+            "cannot open " + file("none.exr") + ": No such file or directory");
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"-o", file("b.exr")}, {"-o", file("b.png"), "--png-layer", "normal"}}) {
+    EXPECT_NE(failure(with({file("other.exr")}, more)).find("it was not written by Lightmill"), std::string::npos);
+  }
+  image.channels.pop_back();
+  std::ofstream(file("two.exr")) << encode_exr(image).value();
+  EXPECT_EQ(failure({file("two.exr"), "-o", file("b.png")}), file("two.exr") + ": the file has no channel B");
 }
 
 TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {

@@ -145,6 +145,46 @@ TEST(Progress, ColourIsUsedOnlyOnRequest) {
   EXPECT_NE(progress_line(running_job(), 120, true).find('\x1b'), std::string::npos);
 }
 
+constexpr Time kStart{std::chrono::hours(5)};
+
+Time at(double seconds) {
+  return kStart + from_seconds(seconds);
+}
+
+TEST(TimeLeft, CountsDownWhileTheEstimatesAgree) {
+  TimeLeft left;
+  for (double second = 0; second < 100; second += 0.25) {
+    EXPECT_NEAR(left.update(100 - second, at(second)), 100 - second, 1e-6);
+  }
+}
+
+TEST(TimeLeft, AJumpOfTheEstimateIsFollowedSlowly) {
+  TimeLeft left;
+  EXPECT_EQ(left.update(80, at(0)), 80);
+  double shown = 80;
+  for (double second = 0.5; second <= 40; second += 0.5) {
+    const double now = left.update(160 - second, at(second));
+    EXPECT_LT(std::abs(now - shown), 80 * 0.5 / 10) << second << ": at most its part of the jump";
+    shown = now;
+  }
+  EXPECT_NEAR(shown, 120, 15);
+}
+
+TEST(TimeLeft, ShortTimesFollowQuickly) {
+  TimeLeft left;
+  left.update(4, at(0));
+  EXPECT_NEAR(left.update(1, at(2)), 1, 0.2);
+  EXPECT_GE(left.update(0, at(10)), 0);
+}
+
+TEST(TimeLeft, AnUnknownEstimateIsUnknownAndTheNextOneIsTakenAsItIs) {
+  TimeLeft left;
+  EXPECT_LT(left.update(-1, at(0)), 0);
+  EXPECT_EQ(left.update(3600, at(1)), 3600);
+  EXPECT_LT(left.update(-1, at(2)), 0);
+  EXPECT_EQ(left.update(10, at(3)), 10);
+}
+
 TEST(Progress, NearestLimitCounts) {
   v1::Job job = running_job();
   job.mutable_goal()->set_seconds(10);

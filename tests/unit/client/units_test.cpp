@@ -1,14 +1,19 @@
 // Texts that people type and read.
 #include "client/cli/units.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <span>
 
 #include "client/cli/table.h"
 #include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "common/base/text_width.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lightmill::cli {
 namespace {
@@ -123,6 +128,22 @@ TEST(Text, IsCutBetweenCharacters) {
   EXPECT_EQ(cut_text("é", 1), "…");
 }
 
+/// A variable of this process, while the object exists.
+class Variable {
+ public:
+  Variable(const char* name, const char* value)
+      : name_(name), before_(std::getenv(name) == nullptr ? "" : std::getenv(name)) {
+    ::setenv(name, value, 1);
+  }
+  ~Variable() { ::setenv(name_, before_.c_str(), 1); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* const name_;
+  const std::string before_;
+};
+
 /// The time zone of this process, while the object exists.
 class TimeZone {
  public:
@@ -228,6 +249,50 @@ TEST(Table, RowsOfTwoCellsAreOnlyWrapped) {
             (Lines{"state   waits for", "        a worker", "digest  dddddddddd", "        dddddddddd"}));
 }
 
+/// Like `lightmill jobs`: a name, and columns at the end that can be left out.
+const Rows kJobs{
+    {"JOB", "NAME", "STATE", "DONE", "SAMPLES", "METHOD", "OWNER", "SIZE"},
+    {"12", "cornell-bench-small-lamp-with-a-glass-ball", "running", "12%", "8/64", "caustic", "ada", "1920x1080"},
+    {"13", "box", "cancelled", "100%", "16384", "path or caustic", "bob", "96x80"}};
+constexpr Squeeze kJobsGive{1, 6};
+
+TEST(Table, ASqueezedRowTakesOneLine) {
+  EXPECT_EQ(format_table(squeezed(kJobs, 140, kJobsGive), 140), format_table(kJobs, 0)) << "everything fits";
+  EXPECT_EQ(
+      format_table(squeezed(kJobs, 100, kJobsGive), 100),
+      (Lines{"JOB  NAME                                STATE      DONE  SAMPLES  METHOD           OWNER  SIZE",
+             "12   cornell-bench-sma…ith-a-glass-ball  running    12%   8/64     caustic          ada    1920x1080",
+             "13   box                                 cancelled  100%  16384    path or caustic  bob    96x80"}));
+  EXPECT_EQ(format_table(squeezed(kJobs, 80, kJobsGive), 80),
+            (Lines{"JOB  NAME                       STATE      DONE  SAMPLES  METHOD           OWNER",
+                   "12   cornell-benc…a-glass-ball  running    12%   8/64     caustic          ada",
+                   "13   box                        cancelled  100%  16384    path or caustic  bob"}));
+  for (int width = 64; width < 160; ++width) {
+    const std::vector<std::string> lines = format_table(squeezed(kJobs, width, kJobsGive), width);
+    EXPECT_EQ(lines.size(), kJobs.size()) << width;
+    for (const std::string& line : lines) {
+      EXPECT_LE(columns_of(line), width) << line;
+    }
+  }
+}
+
+TEST(Table, ASqueezedRowTakesTwoLinesWhereItsKeptColumnsDoNotFit) {
+  EXPECT_EQ(
+      format_table(squeezed(kJobs, 60, kJobsGive), 60),
+      (Lines{"JOB  NAME                      STATE      DONE  SAMPLES",
+             "12   cornell-benc…-glass-ball  running    12%   8/64", "    method caustic, owner ada, size 1920x1080",
+             "13   box                       cancelled  100%  16384",
+             "    method path or caustic, owner bob, size 96x80"}));
+  for (int width = 43; width < 64; ++width) {
+    EXPECT_EQ(format_table(squeezed(kJobs, width, kJobsGive), width).size(), 2 * kJobs.size() - 1) << width;
+  }
+}
+
+TEST(Table, NarrowColumnsLeaveTheNameItsWidth) {
+  const Rows rows{{"JOB", "NAME", "STATE", "OWNER"}, {"1", "box", "done", "ada"}};
+  EXPECT_EQ(format_table(squeezed(rows, 17, {1, 3}), 17), (Lines{"JOB  NAME  STATE", "1    box   done"}));
+}
+
 TEST(Table, ColorsTakeNoColumns) {
   const Coloring red{1, [](std::string_view text) { return text == "failed" ? 31 : 0; }};
   EXPECT_EQ(format_table({{"JOB", "STATE", "NAME"}, {"1", "failed", "box"}, {"2", "done", "failed"}}, 0, red),
@@ -253,6 +318,30 @@ TEST(Table, LosesNothingAtAnyWidth) {
         }
       }
     }
+  }
+}
+
+TEST(TextWidth, ColumnsSetsTheWidthOfAnyOutput) {
+  const test::TemporaryFolder folder;
+  const int file = ::open((folder.path() / "output").c_str(), O_CREAT | O_WRONLY, 0600);
+  int terminal = -1, side = -1;
+  const winsize size{24, 66, 0, 0};
+  ASSERT_EQ(::openpty(&terminal, &side, nullptr, nullptr, &size), 0);
+  const Variable unset("COLUMNS", "");
+  EXPECT_EQ(output_columns(file), 0) << "no limit";
+  EXPECT_EQ(output_columns(side), 66);
+  for (const char* number : {"20", "120", "10000"}) {
+    const Variable columns("COLUMNS", number);
+    EXPECT_EQ(output_columns(file), std::atoi(number));
+    EXPECT_EQ(output_columns(side), std::atoi(number));
+  }
+  for (const char* nonsense : {"0", "19", "10001", "-80", "80x24", " 80", "wide"}) {
+    const Variable columns("COLUMNS", nonsense);
+    EXPECT_EQ(output_columns(file), 0) << nonsense;
+    EXPECT_EQ(output_columns(side), 66) << nonsense;
+  }
+  for (const int descriptor : {file, terminal, side}) {
+    ::close(descriptor);
   }
 }
 

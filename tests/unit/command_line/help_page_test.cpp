@@ -209,6 +209,12 @@ TEST(UsageErrors, NameTheNearestWord) {
   EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), ". Did you mean 'abd'?");
 }
 
+TEST(UsageErrors, ACommandBelowAnotherIsNamedWhole) {
+  Mill mill;
+  mill.app.get_subcommand("halt")->add_subcommand("gently", "Stop it slowly.");
+  EXPECT_EQ(mill.error_of({"gently"}), "unknown command 'gently'. Did you mean `mill halt gently`?");
+}
+
 TEST(UsageErrors, OptionsBeforeTheirCommandAreMovedBehindIt) {
   EXPECT_EQ(Mill().error_of({"--size", "very fine", "grind", "wheat"}),
             "--size must follow its command: `mill grind wheat --size 'very fine'`");

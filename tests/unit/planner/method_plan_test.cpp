@@ -26,6 +26,16 @@ TEST(Plan, AutoPicksPathIfItFindsAllLightAndExplains) {
             std::vector<std::string>{"path:brute-force"});
 }
 
+TEST(Plan, TheReasonIsThatOfTheMethodThatMissesLight) {
+  const SceneFacts facts = read_facts(scene_of({kWhite, kGlass}, {kBulb}));
+  const MethodPlan plan = plan_method(facts, "auto");
+  EXPECT_EQ(plan.candidates, std::vector<std::string>{"caustic"});
+  EXPECT_EQ(plan.reasons, std::vector<std::string>{"path misses light: " + admit(facts, "path").reason})
+      << "without the method that finds it, which is the chosen one";
+  EXPECT_EQ(method_notices(facts, "path"),
+            std::vector<std::string>{"path: " + admit(facts, "path").reason + ". caustic finds it"});
+}
+
 TEST(Plan, AutoPicksAKnownMethodForEveryScene) {
   for (const SceneFacts& facts :
        {read_facts(scene_of({kWhite, kGlass}, {kBulb})), read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})),

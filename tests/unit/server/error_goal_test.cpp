@@ -358,17 +358,23 @@ TEST_F(ErrorGoalTest, ARunningJobIsExtendedBeyondItsLeases) {
 }
 
 TEST_F(ErrorGoalTest, TheEtaIsThatOfTheExpectedCount) {
+  constexpr double kSpeed = 1e5;  // pixel samples per second
   const JobId job = submit(error_spec(0.01));
   const SessionId session = connect("w");
   for (std::size_t i = 0; i < got<LeaseGrant>(session).size() && status(job).min_tile_samples < 16; ++i) {
-    now += std::chrono::milliseconds(20);
-    finish(session, got<LeaseGrant>(session)[i]);
+    const LeaseGrant grant = got<LeaseGrant>(session)[i];
+    for (const TileId tile : grant.unit.tiles) {
+      const double seconds = 64.0 * 64 * static_cast<double>(grant.unit.range.count()) / kSpeed;
+      now += from_seconds(seconds);
+      say(session, result(grant, tile, seconds));
+    }
   }
   const JobStatus seen = status(job);
   ASSERT_EQ(seen.min_tile_samples, 16u);
   ASSERT_EQ(seen.max_tile_samples, 16u);
   // The error is 0.1221 at 16 samples. As 1/samples it is 0.01 at 196, so at 256.
-  EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, 128.0 * 64 * (256 - 16), 1);
+  const double expected = 128.0 * 64 * (256 - 16) / kSpeed;
+  EXPECT_NEAR(seen.eta_seconds, expected, 0.2 * expected);
 }
 
 TEST_F(ErrorGoalTest, UnmeasurableGoalsAreRefusedByName) {
@@ -382,6 +388,12 @@ TEST_F(ErrorGoalTest, UnmeasurableGoalsAreRefusedByName) {
   JobSpec pixel = spec("r1", 4, {0, 0, 1, 1});
   pixel.goal.error = 0.1;
   EXPECT_EQ(error_of(pixel), "goal.error: a single pixel has no error estimate: give samples or seconds");
+  JobSpec photons = error_spec(0.1);
+  photons.settings.method = "photon-map:caustic";
+  EXPECT_EQ(
+      error_of(photons),
+      "goal.error: method photon-map:caustic has no error estimate, because all its samples show the same photons: "
+      "give samples or seconds");
 }
 
 }  // namespace

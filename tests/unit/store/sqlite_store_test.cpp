@@ -140,7 +140,7 @@ TEST_F(SqliteStoreTest, AStoreOfThePreviousFormatIsConvertedAndKept) {
   EXPECT_EQ(test::describe(open()->load().value()), test::describe(test::state_of_the_format_before()));
 }
 
-/// Formats 13 and 14: the file as the program of format 14 wrote it, and its record of commits.
+/// Formats 13 and 14: the file as the program of format 14 wrote it, and its commit chain.
 class SqliteFormat14 : public SqliteStoreTest {
  protected:
   void SetUp() override {
@@ -324,7 +324,7 @@ TEST(CommitChain, OnlyAStoreWithAllAcknowledgedCommitsPasses) {
   EXPECT_TRUE(check_chain(std::nullopt, mark(1)).ok()) << "a new store, killed before its first record";
   for (const auto& [chain, store, why] : std::vector<std::tuple<std::optional<CommitMark>, CommitMark, std::string>>{
            {mark(5), mark(4), "its last commit is 4, but commits up to 5 were acknowledged"},
-           {mark(5), mark(7), "is older: it says 5"},
+           {mark(5), mark(7), "the commit chain is older: it ends at 5"},
            {mark(5), mark(5, 1), "differ from the acknowledged ones"},
            {mark(5), mark(5, 0, 2), "belongs to another store"},
            {std::nullopt, mark(2), "is missing or damaged"}}) {

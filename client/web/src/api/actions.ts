@@ -1,5 +1,7 @@
 /** The JSON API: actions that the page requests of the coordinator. Each call returns once the change is stored. */
 
+import {inPageWords} from '../model/page_words';
+
 export class ActionError extends Error {
   constructor(
     message: string,
@@ -20,7 +22,8 @@ export async function ask(path: string, init?: RequestInit): Promise<unknown> {
   }
   const answer = (await response.json().catch(() => undefined)) as {error?: {message?: string}} | undefined;
   if (!response.ok) {
-    throw new ActionError(answer?.error?.message ?? `the coordinator answered ${response.status}`, response.status);
+    const message = answer?.error?.message;
+    throw new ActionError(message ? inPageWords(message) : `the coordinator answered ${response.status}`, response.status);
   }
   return answer;
 }

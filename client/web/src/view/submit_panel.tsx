@@ -3,6 +3,7 @@ import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Inspection} from '../api/inspect';
 import {Submitter} from '../api/submit';
 import {filledSpec, formOf, newSpec, type JobForm} from '../model/job_form';
+import {inPageWords} from '../model/page_words';
 import {humanBytes} from '../model/scene_files';
 import {ActionButton} from './bits';
 import type {SceneFile} from './dropped';
@@ -32,7 +33,7 @@ function Findings({inspection}: {inspection: Inspection}) {
     <div class="findings">
       {notices.map((notice) => (
         <p class="notice" key={notice}>
-          {notice}
+          {inPageWords(notice)}
         </p>
       ))}
       <section aria-labelledby="facts-found">
@@ -41,7 +42,7 @@ function Findings({inspection}: {inspection: Inspection}) {
           {facts.map(({what, value}) => (
             <div key={what}>
               <dt>{what}</dt>
-              <dd>{value}</dd>
+              <dd>{inPageWords(value)}</dd>
             </div>
           ))}
         </dl>

@@ -1,0 +1,78 @@
+// lightmill convert FILE
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/film_fetch.h"
+#include "client/cli/picture_options.h"
+#include "common/base/file.h"
+#include "common/image/exr.h"
+#include "common/image/picture_file.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr const char* kConvertMore =
+    "Needs no farm. The picture is that of `lightmill fetch` with the same options. --png-layer and --denoise need an EXR "
+    "file that has these layers (`lightmill help layers`, `lightmill help denoise`).\n"
+    "Of EXR files by other programs, it shows the channels R, G and B.";
+
+struct ConvertOptions {
+  std::string input;
+  PictureOptions picture;
+};
+
+/// The picture of a file by another program. It has no layers and no receipt.
+Result<FilmPicture> foreign_picture(const Image& image, const ConvertOptions& options) {
+  const std::vector<std::string> png = options.picture.png_outputs();
+  if (png.size() < options.picture.outputs.size() || options.picture.denoise || !options.picture.png_layer.empty()) {
+    return invalid_argument(
+        "it was not written by Lightmill, so only its R, G and B can be made a PNG file: leave out "
+        "-o FILE.exr, --denoise and --png-layer");
+  }
+  LM_ASSIGN_OR_RETURN(const FramedPicture framed, framed_picture(image));
+  FilmPicture picture(framed.display, framed.data);
+  picture.beauty = framed.rgb.values;
+  return picture;
+}
+
+Result<FilmPicture> read_picture(ByteView bytes, const ConvertOptions& options) {
+  if (!is_exr(bytes)) {
+    return invalid_argument("this is not an EXR file");
+  }
+  LM_ASSIGN_OR_RETURN(const Image image, decode_exr(bytes));
+  return image.text(kFileChecksum).empty() ? foreign_picture(image, options) : from_image(image);
+}
+
+Result<ExitCode> convert(const Console& console, const ConvertOptions& options) {
+  LM_ASSIGN_OR_RETURN(const PictureOutputs outputs, options.picture.checked());
+  LM_ASSIGN_OR_RETURN(const std::string bytes, read_file(options.input));
+  Result<FilmPicture> picture = with_context(read_picture(as_byte_view(bytes), options), options.input);
+  if (!picture.ok()) {
+    return as_input_error(picture.status());
+  }
+  if (!outputs.denoise) {
+    picture->denoised.clear();
+  } else if (picture->denoised.empty()) {
+    LM_RETURN_IF_ERROR(denoise(*picture));
+  }
+  LM_RETURN_IF_ERROR(write_outputs(*picture, outputs));
+  console.object({{"input", options.input}, {"outputs", outputs.paths}, {"denoised", outputs.denoise}});
+  console.result(fmt::format("{} -> {}", options.input, fmt::join(outputs.paths, ", ")));
+  return kDone;
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<ConvertOptions>();
+  CLI::App* command = app.add_subcommand("convert", "Make PNG files of an EXR file.");
+  command->footer(kConvertMore);
+  command->add_option("FILE", options->input, "the EXR file")->type_name("FILE")->required();
+  add_picture_options(*command, options->picture);
+  command->get_option("--output")->required();
+  add_json_option(*command, context);
+  command->callback(
+      [&context, options] { context.run = [options](const Console& console) { return convert(console, *options); }; });
+}
+
+}  // namespace lightmill::cli
