@@ -55,6 +55,10 @@ inline std::uint32_t component(const Texels& texels, std::size_t pixel, std::siz
                               : static_cast<std::uint32_t>(texels.words[pixel] >> (16 * channel)) & 0xffff;
 }
 
+inline std::uint32_t bytes_per_pixel(const Texels& texels) {
+  return !texels.bytes.empty() ? 4 : !texels.words.empty() ? 8 : 16;
+}
+
 /// Default limit of an image's pixels.
 inline constexpr std::int64_t kMaxTexturePixels = std::int64_t{1} << 28;
 

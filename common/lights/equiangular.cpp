@@ -11,7 +11,7 @@ namespace {
 
 /// Segments end for clusters after this many reaches. The rest of the density covers what lies beyond.
 constexpr float kReaches = 8;
-/// Light counts as if no light came from farther away, so that it does not vanish by rounding.
+/// Transmittance over more reaches counts as that over this many, so that far lights do not vanish by rounding.
 constexpr float kMostReaches = 20;
 /// Least probability of the rest. It bounds the weights of samples where lights are occluded.
 constexpr float kLeastRest = 0.2f;

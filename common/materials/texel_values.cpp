@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t kWords = 65536, kBytes = 256;
 constexpr std::size_t kHalfOfOne = 0x3c00;
+constexpr int kCells = 4096;  // of [0, 1], a power of two
 
 template <std::size_t kCount, class ValueOf>
 std::unique_ptr<std::array<float, kCount>> tabulated(bool decode, const ValueOf& value_of) {
@@ -64,15 +65,22 @@ TexelEncoder::TexelEncoder(const Texels& texels, bool decode)
   if (texels.half) {
     values_ = values_.first(kHalfOfOne + 1);
   }
+  for (int cell = 0; cell <= kCells && !rounds_half_; ++cell) {
+    const auto above = std::ranges::lower_bound(values_, static_cast<float>(cell) / kCells);
+    first_.push_back(static_cast<std::uint32_t>(above - values_.begin()));
+  }
 }
 
 std::uint32_t TexelEncoder::operator()(float value) const {
   if (rounds_half_) {
     return _cvtss_sh(value, _MM_FROUND_TO_NEAREST_INT);
   }
-  const auto above = std::min(std::ranges::lower_bound(values_, value), values_.end() - 1);
-  const bool below = above != values_.begin() && value - *(above - 1) < *above - value;
-  return static_cast<std::uint32_t>(above - values_.begin()) - (below ? 1 : 0);
+  value = std::min(std::max(value, 0.0f), 1.0f);
+  const auto cell = std::min(static_cast<std::size_t>(value * kCells), std::size_t{kCells} - 1);
+  const auto begin = values_.begin();
+  const auto above = std::lower_bound(begin + first_[cell], begin + first_[cell + 1], value);
+  const bool below = above != begin && value - *(above - 1) < *above - value;
+  return static_cast<std::uint32_t>(above - begin) - (below ? 1 : 0);
 }
 
 Texels decode_floats(const Texels& texels) {

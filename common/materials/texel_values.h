@@ -23,8 +23,9 @@ class TexelEncoder {
   std::uint32_t operator()(float value) const;
 
  private:
-  bool rounds_half_;               ///< values are half floats
-  std::span<const float> values_;  ///< else: ascending
+  bool rounds_half_;                  ///< values are half floats
+  std::span<const float> values_;     ///< else: ascending from 0 to 1
+  std::vector<std::uint32_t> first_;  ///< of the values above i / kCells
 };
 
 /// Linear colours of texels that are sRGB-encoded floats (clamped to [0, 1]).

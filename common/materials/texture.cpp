@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "common/base/check.h"
+#include "common/math/stretch.h"
 
 namespace lightmill {
 namespace {
@@ -44,13 +45,19 @@ Texture::Rgba8 select(M8 mask, const Texture::Rgba8& yes, const Texture::Rgba8& 
 Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& settings)
     : texels_(std::move(texels)), settings_(settings) {
   LM_CHECK(texels_->width > 0 && texels_->height > 0);
-  const auto& [by_u, by_v] = settings_.matrix;
-  const double area = static_cast<double>(by_u[0]) * by_v[1] - static_cast<double>(by_u[1]) * by_v[0];
-  texels_per_unit_ = static_cast<float>(std::sqrt(std::abs(area) * texels_->width * texels_->height));
+  const auto& [x, y] = settings_.matrix;
+  const double width = texels_->width, height = texels_->height;
+  texels_per_unit_ =
+      static_cast<float>(least_stretch({{{x[0] * width, x[1] * width}, {y[0] * height, y[1] * height}}}));
   if (texels_->floats.empty()) {
     colors_ = texel_values(*texels_, settings_.decode);
     alphas_ = texel_values(*texels_, false);
   }
+}
+
+void Texture::use_pyramid(std::shared_ptr<const TexturePyramid> pyramid) {
+  LM_CHECK(pyramid->levels() > 0);
+  pyramid_ = std::move(pyramid);
 }
 
 Texture::Rgba8 Texture::texel(const Texels& texels, U8 index, M8 lanes) const {
@@ -106,9 +113,11 @@ Texture::Rgba8 Texture::nearest(F8 u, F8 v, M8 lanes) const {
   const auto height = static_cast<std::uint32_t>(texels_->height);
   const F8 x = wrapped(u, settings_.wrap[0]) * F8(static_cast<float>(width));
   const F8 y = wrapped(v, settings_.wrap[1]) * F8(static_cast<float>(height));
-  const F8 column = min(floor(x), F8(static_cast<float>(width - 1)));
-  const F8 from_below = min(floor(y), F8(static_cast<float>(height - 1)));
-  return texel(*texels_, (U8(height - 1) - truncate(from_below)) * U8(width) + truncate(column), lanes);
+  const auto within = [](F8 at, std::uint32_t size) {
+    const U8 i = truncate(at), last(size - 1);  // sizes above 2^24 have no exact float
+    return select(signed_less(last, i), last, i);
+  };
+  return texel(*texels_, (U8(height - 1) - within(y, height)) * U8(width) + within(x, width), lanes);
 }
 
 Texture::Rgba8 Texture::bilinear(F8 u, F8 v, M8 lanes) const {
@@ -182,22 +191,16 @@ std::uint64_t TextureSet::bytes() const {
   return bytes;
 }
 
-void TextureSet::set_tile(std::uint32_t texture, std::uint32_t column, std::uint32_t row, std::uint32_t image) {
-  std::vector<std::uint32_t>& tiles = tiles_[texture];
-  tiles.resize(std::max<std::size_t>(tiles.size(), (row + 1) * kColumns), kNone);
-  tiles[row * kColumns + column] = image;
-}
-
 Vec3 TextureSet::mean(std::uint32_t texture) const {
-  Vec3 sum(0);
-  float count = 0;
-  for (const std::uint32_t image : tiles_[texture]) {
-    if (image != kNone) {
-      sum += textures_[image].mean();
-      ++count;
-    }
+  const auto tiles = tiles_.find(texture);
+  if (tiles == tiles_.end()) {
+    return textures_[texture].mean();
   }
-  return count > 0 ? sum / count : textures_[texture].mean();
+  Vec3 sum(0);
+  for (const auto& [square, image] : tiles->second) {
+    sum += textures_[image].mean();
+  }
+  return sum / static_cast<float>(tiles->second.size());
 }
 
 namespace {
@@ -222,17 +225,19 @@ template <class Visit>
 void TextureSet::for_each_image(U8 texture, F8 u, F8 v, M8 lanes, const Visit& visit) const {
   for_each_number(texture, lanes, [&](std::uint32_t id, M8 same) {
     const auto [x, y] = textures_[id].mapped(u, v);
-    const std::vector<std::uint32_t>& tiles = tiles_[id];
-    if (tiles.empty()) [[likely]] {
+    const auto tiles = tiles_.empty() ? tiles_.end() : tiles_.find(id);
+    if (tiles == tiles_.end()) [[likely]] {
       visit(textures_[id], x, y, same);
       return;
     }
-    const F8 column = floor(x), row = floor(y), rows(static_cast<float>(tiles.size() / kColumns));
-    const M8 within =
-        same & (column >= F8(0.0f)) & (column < F8(static_cast<float>(kColumns))) & (row >= F8(0.0f)) & (row < rows);
-    const U8 image = gather(tiles.data(), truncate(row) * U8(kColumns) + truncate(column), within);
-    for_each_number(image, within,
-                    [&](std::uint32_t tile, M8 there) { visit(textures_[tile], x - column, y - row, there); });
+    const F8 zero(0.0f), columns(static_cast<float>(kColumns)), rows(static_cast<float>(kRows));
+    const F8 column = floor(x), row = floor(y);
+    const M8 within = same & (column >= zero) & (column < columns) & (row >= zero) & (row < rows);
+    for_each_number(truncate(row * columns + column), within, [&](std::uint32_t square, M8 there) {
+      if (const auto image = tiles->second.find(square); image != tiles->second.end()) {
+        visit(textures_[image->second], x - column, y - row, there);
+      }
+    });
   });
 }
 

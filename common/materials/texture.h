@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <span>
 #include <utility>
@@ -67,7 +68,8 @@ class Texture {
 
   /// A pyramid of the texels, for lookups with footprints.
   TexturePyramid make_pyramid(TexturePyramid::Weight weight) const { return {*texels_, settings_.decode, weight}; }
-  void use_pyramid(std::shared_ptr<const TexturePyramid> pyramid) { pyramid_ = std::move(pyramid); }
+  /// It must have a level.
+  void use_pyramid(std::shared_ptr<const TexturePyramid> pyramid);
   const TexturePyramid* pyramid() const { return pyramid_.get(); }
 
  private:
@@ -80,7 +82,7 @@ class Texture {
   std::shared_ptr<const Texels> texels_;
   std::shared_ptr<const TexturePyramid> pyramid_;  ///< or none
   TextureSettings settings_;
-  float texels_per_unit_;                   ///< of length in the coordinates, before they are mapped
+  float texels_per_unit_;  ///< of length in the coordinates before they are mapped, where the texels are widest
   std::span<const float> colors_, alphas_;  ///< texel_values, unless there are floats
 };
 
@@ -92,11 +94,10 @@ class TextureSet {
   void add(Texture texture) {
     has_pyramids_ |= texture.pyramid() != nullptr;
     textures_.push_back(std::move(texture));
-    tiles_.push_back({});
   }
-  /// The image `image`, which has been added, is for the square of u and v that begins at (column, row) of `texture`.
-  /// A texture with tiles has no other image, not even its own.
-  void set_tile(std::uint32_t texture, std::uint32_t column, std::uint32_t row, std::uint32_t image);
+  /// The image `image`, which has been added, is for the square of u and v that begins at (square mod 10, square / 10)
+  /// of `texture`. A texture with tiles has no other image, not even its own.
+  void set_tile(std::uint32_t texture, std::uint32_t square, std::uint32_t image) { tiles_[texture][square] = image; }
   bool has_pyramids() const { return has_pyramids_; }
   const Texture& operator[](std::uint32_t i) const { return textures_[i]; }
   /// Mean colour of the image, or of all tiles.
@@ -110,15 +111,14 @@ class TextureSet {
   Texture::Slopes8 slopes(U8 texture, F8 u, F8 v, M8 lanes) const;
 
  private:
-  static constexpr std::uint32_t kColumns = 10;
+  static constexpr std::uint32_t kColumns = 10, kRows = 100;
 
   /// Calls `visit(image, u, v, lanes)` for each of the images, with their mapped coordinates.
   template <class Visit>
   void for_each_image(U8 texture, F8 u, F8 v, M8 lanes, const Visit& visit) const;
 
   std::vector<Texture> textures_;
-  /// Of each texture: an image or kNone for each square of u and v, row by row. Empty without tiles.
-  std::vector<std::vector<std::uint32_t>> tiles_;
+  std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>> tiles_;  ///< images by texture and square
   bool has_pyramids_ = false;
 };
 

@@ -27,7 +27,7 @@ struct Level {
 
 /// Texels of a row of `from` texels that one of `to` texels covers, with their shares of its length.
 struct Cover {
-  std::size_t first = 0;
+  std::size_t first = 0, count = 0;
   std::array<float, 3> share{};  ///< one texel has at most two texels' length
 };
 std::vector<Cover> covers(int from, int to) {
@@ -39,6 +39,7 @@ std::vector<Cover> covers(int from, int to) {
     for (std::size_t j = 0; j < cover.share.size(); ++j) {
       const auto left = static_cast<double>(cover.first + j);
       cover.share[j] = static_cast<float>(std::max(0.0, std::min(end, left + 1) - std::max(begin, left)) / length);
+      cover.count = cover.share[j] > 0 ? j + 1 : cover.count;
     }
   }
   return out;
@@ -53,7 +54,7 @@ class Mean {
     // Where all is transparent, the colours still have their mean.
     const float weight = by_alpha_ ? share * std::max(texel[3], 0x1p-20f) : share;
     for (int channel = 0; channel < 3; ++channel) {
-      color_[channel] += weight * texel[channel];
+      color_[channel] += weight * std::min(std::max(texel[channel], 0.0f), 1.0f);
     }
     alpha_ += share * texel[3];
     area_ += share;
@@ -81,16 +82,14 @@ Level reduce(int width, int height, TexturePyramid::Weight weight, const Row& ro
   float* to = out.values.data();
   for (const Cover& down : rows) {
     std::array<const float*, 3> from{};
-    for (std::size_t j = 0; j < 3; ++j) {
-      from[j] = down.share[j] > 0 ? row(down.first + j) : nullptr;
+    for (std::size_t j = 0; j < down.count; ++j) {
+      from[j] = row(down.first + j);
     }
     for (const Cover& across : columns) {
       Mean mean(weight);
-      for (std::size_t j = 0; j < 3; ++j) {
-        for (std::size_t i = 0; i < 3; ++i) {
-          if (const float share = down.share[j] * across.share[i]; share > 0) {
-            mean.add(from[j] + 4 * (across.first + i), share);
-          }
+      for (std::size_t j = 0; j < down.count; ++j) {
+        for (std::size_t i = 0; i < across.count; ++i) {
+          mean.add(from[j] + 4 * (across.first + i), down.share[j] * across.share[i]);
         }
       }
       mean.store(to);
@@ -120,8 +119,12 @@ Level reduce(const Texels& image, bool decode, TexturePyramid::Weight weight) {
     std::vector<float>& row = rows[y % 3];
     if (held[y % 3] != y) {
       held[y % 3] = y;
-      for (std::size_t i = 0; i < 4 * width; ++i) {
-        row[i] = (i % 4 == 3 ? alphas : colors)[component(image, y * width + i / 4, i % 4)];
+      for (std::size_t x = 0; x < width; ++x) {
+        const std::size_t pixel = y * width + x;
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+          row[4 * x + channel] = colors[component(image, pixel, channel)];
+        }
+        row[4 * x + 3] = alphas[component(image, pixel, 3)];
       }
     }
     return row.data();
@@ -145,15 +148,15 @@ class Encoded {
       floats_.insert(floats_.end(), level.values.begin(), level.values.end());
       return;
     }
-    for (std::size_t i = 0; i < level.values.size(); ++i) {
-      const std::uint64_t value = (i % 4 == 3 ? *alpha_ : *color_)(level.values[i]);
+    for (std::size_t i = 0; i < level.values.size(); i += 4, ++size_) {
+      const float* const v = &level.values[i];
+      const std::uint64_t r = (*color_)(v[0]), g = (*color_)(v[1]), b = (*color_)(v[2]), a = (*alpha_)(v[3]);
       if (words_.empty()) {
-        bytes_[size_ + i / 4] |= static_cast<std::uint32_t>(value) << (8 * (i % 4));
+        bytes_[size_] = static_cast<std::uint32_t>(r | g << 8 | b << 16 | a << 24);
       } else {
-        words_[size_ + i / 4] |= value << (16 * (i % 4));
+        words_[size_] = r | g << 16 | b << 32 | a << 48;
       }
     }
-    size_ += level.values.size() / 4;
   }
   Texels texels() && {
     const auto width = static_cast<int>(color_ ? size_ : floats_.size() / 4);
@@ -171,8 +174,8 @@ class Encoded {
 
 /// Calls `visit(width, height)` for each level.
 template <class Visit>
-void for_each_level(const Texels& image, const Visit& visit) {
-  for (int width = image.width, height = image.height; width > 1 || height > 1;) {
+void for_each_level(int width, int height, const Visit& visit) {
+  while (width > 1 || height > 1) {
     width = halved(width);
     height = halved(height);
     visit(width, height);
@@ -183,7 +186,7 @@ void for_each_level(const Texels& image, const Visit& visit) {
 
 TexturePyramid::TexturePyramid(const Texels& image, bool decode, Weight weight) {
   std::size_t total = 0;
-  for_each_level(image, [&](int width, int height) {
+  for_each_level(image.width, image.height, [&](int width, int height) {
     width_.push_back(static_cast<std::uint32_t>(width));
     height_.push_back(static_cast<std::uint32_t>(height));
     first_.push_back(static_cast<std::uint32_t>(total));
@@ -198,10 +201,17 @@ TexturePyramid::TexturePyramid(const Texels& image, bool decode, Weight weight) 
   texels_ = std::move(encoded).texels();
 }
 
-std::uint64_t pyramid_bytes(const Texels& image) {
+std::uint64_t pyramid_bytes(int width, int height, std::uint32_t bytes_per_pixel) {
   std::uint64_t texels = 0;
-  for_each_level(image, [&](int width, int height) { texels += count(width, height); });
-  return texels * (!image.bytes.empty() ? 4 : !image.words.empty() ? 8 : 16);
+  for_each_level(width, height, [&](int wide, int high) { texels += count(wide, high); });
+  return texels * bytes_per_pixel;
+}
+
+std::uint64_t pyramid_peak_bytes(int width, int height, std::uint32_t bytes_per_pixel) {
+  constexpr std::uint64_t kFloats = 16;
+  const int wide = halved(width), high = halved(height);
+  return pyramid_bytes(width, height, bytes_per_pixel) +
+         (count(wide, high) + count(halved(wide), halved(high))) * kFloats;
 }
 
 }  // namespace lightmill

@@ -10,7 +10,8 @@
 namespace lightmill {
 
 /// Level 1 has half the width and height of the image, rounded up, level 2 half of level 1, down to one texel. A texel
-/// of a level is the mean of the image's linear colours over its area. Immutable, thread-safe.
+/// of a level is the mean of the image's linear colours over its area, clamped to [0, 1] as reflectances are.
+/// Immutable, thread-safe.
 class TexturePyramid {
  public:
   enum class Weight {
@@ -40,6 +41,8 @@ class TexturePyramid {
 };
 
 /// Memory of an image's pyramid.
-std::uint64_t pyramid_bytes(const Texels& image);
+std::uint64_t pyramid_bytes(int width, int height, std::uint32_t bytes_per_pixel);
+/// The same while it is made, with two levels in single precision.
+std::uint64_t pyramid_peak_bytes(int width, int height, std::uint32_t bytes_per_pixel);
 
 }  // namespace lightmill

@@ -1,9 +1,10 @@
 // The length on a surface over which textures are averaged.
 //
-// A path stands for its neighbours: camera rays for a part of a pixel, scattered rays for a part of the BSDF's lobe.
-// Colours of textures are averaged over the area in which these neighbours arrive, so that fine textures far away bring
-// little noise. Only colours are: a surface's radiance is linear in them, so the picture's mean stays, but for a blur
-// below a pixel. Roughness, normals and opacity are not averaged, because radiance is not linear in those.
+// A camera ray stands for a part of a pixel. Colours of textures are averaged over the area in which it arrives, so that
+// fine textures far away bring little noise. Where the area is longer in one direction, its shorter side counts, so that
+// nothing is blurred by more than a pixel. Roughness, normals and opacity are not averaged, because radiance is far from
+// linear in those. Rays that a rough surface has scattered have no such area: averages over their lobes moved light
+// between places (0.8 % in one test), and removed less than a tenth of the noise.
 #pragma once
 
 #include "common/scene/compiled/compiled_scene.h"
@@ -12,26 +13,18 @@ namespace lightmill {
 
 /// Share of a pixel's width.
 inline constexpr float kPixelFootprint = 0.5f;
-/// Share of the width of the cone 1/pdf around a scattered direction.
-inline constexpr float kLobeFootprint = 0.125f;
-
 /// The width of the area at `distance` along camera rays.
 inline F8 camera_width(const CompiledScene& scene, const V8& direction, F8 distance) {
   const CameraBasis& camera = scene.camera();
   return F8(kPixelFootprint * camera.pixel) * distance * abs(dot(direction, broadcast(camera.forward)));
 }
 
-/// The same for rays that were scattered with this density per solid angle.
-inline F8 lobe_width(F8 pdf_solid_angle, F8 distance) {
-  return F8(kLobeFootprint) * distance / sqrt(pdf_solid_angle);
-}
-
-/// Where rays of this width arrive at an angle, they meet a long area. Its length counts for an eighth at most: the
-/// samples of a pixel spread along it.
+/// At grazing angles, an eighth of the area's length counts, up to twice its width. The samples of a pixel spread along
+/// it.
 inline F8 texture_footprint(const CompiledScene& scene, const Hit8& hits, const Surface8& surface, const V8& direction,
                             F8 width) {
   const F8 cosine = abs(dot(direction, surface.geometric_normal));
-  const F8 longer = max(F8(1.0f), F8(0.125f) / max(cosine, F8(1e-4f)));
+  const F8 longer = min(max(F8(0.125f) / max(cosine, F8(1e-4f)), F8(1.0f)), F8(2.0f));
   return masked(hits.hit, width * longer * scene.coordinates_per_length(hits));
 }
 

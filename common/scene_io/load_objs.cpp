@@ -178,8 +178,9 @@ std::optional<std::string> find_tiles_of(FileFinder& finder, const fs::path& fol
   constexpr int kUsual = 100;  // numbers
   for (int number = kFirstTile; number < kFirstTile + kUsual; ++number) {
     if (std::optional<std::string> found = finder.find(folder, with_tile_number(written, number))) {
-      const std::string digits = fmt::format("{}", number);
-      return found->replace(found->rfind(digits), digits.size(), kTileToken);
+      constexpr std::size_t kDigits = 4;
+      const std::size_t after = written.size() - written.rfind(kTileToken) - kTileToken.size();
+      return found->replace(found->size() - after - kDigits, kDigits, kTileToken);
     }
   }
   return std::nullopt;

@@ -1,20 +1,24 @@
 #include "common/scene_io/tiles.h"
 
+#include <algorithm>
 #include <charconv>
 
+#include "common/base/check.h"
 #include "common/base/text.h"
 #include "common/scene_io/assets.h"
 
 namespace lightmill {
 
-std::string with_tile_number(std::string name, int number) {
-  return name.replace(name.find(kTileToken), kTileToken.size(), fmt::format("{}", number));
+std::string with_tile_number(std::string path, int number) {
+  const std::size_t token = path.rfind(kTileToken);
+  LM_CHECK(token != std::string::npos, "{} has no {}", path, kTileToken);
+  return path.replace(token, kTileToken.size(), fmt::format("{}", number));
 }
 
 std::map<int, std::filesystem::path> find_tiles(const SceneFiles& files, const std::filesystem::path& path) {
   std::map<int, std::filesystem::path> found;
   const std::string name = path.filename().string();
-  const std::size_t token = name.find(kTileToken);
+  const std::size_t token = name.rfind(kTileToken);
   if (token == std::string::npos) {
     return found;
   }
@@ -54,6 +58,9 @@ Status add_tiles(const SceneFiles& files, const std::filesystem::path& path, std
       loaded.scene.textures[texture] = tile;
     } else {
       tile.name = fmt::format("{} {}", whole.name, number);
+      while (std::ranges::count(loaded.scene.textures, tile.name, &TextureImage::name) > 0) {
+        tile.name += "'";
+      }
       tile.tile_of = texture;
       loaded.scene.textures.push_back(tile);
     }

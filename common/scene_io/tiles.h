@@ -13,12 +13,14 @@ namespace lightmill {
 
 /// Stands for the tile's number in the name of a file.
 inline constexpr std::string_view kTileToken = "<UDIM>";
-inline bool names_tiles(std::string_view file) {
-  return file.find(kTileToken) != std::string_view::npos;
+/// Whether the last part of a path has the token. Folders cannot have it.
+inline bool names_tiles(std::string_view path) {
+  const std::size_t slash = path.find_last_of("/\\");
+  return path.substr(slash == std::string_view::npos ? 0 : slash + 1).find(kTileToken) != std::string_view::npos;
 }
 
-/// The name with a number instead of the token.
-std::string with_tile_number(std::string name, int number);
+/// The path with a number instead of the last token.
+std::string with_tile_number(std::string path, int number);
 
 /// The files of a path whose last part has the token, by their number.
 std::map<int, std::filesystem::path> find_tiles(const SceneFiles& files, const std::filesystem::path& path);

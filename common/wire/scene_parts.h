@@ -40,7 +40,6 @@ Result<Sha256> asset_from_wire(const std::string& path, const std::string& hex);
 
 /// Indices of textures by name.
 using TextureNames = std::map<std::string, std::uint32_t, std::less<>>;
-TextureNames texture_names(const std::vector<TextureImage>& textures);
 
 void to_wire_texture(const TextureImage& texture, const std::vector<TextureImage>& textures, v1::Texture* out);
 /// Without the texture's asset. `earlier`: the textures before it.

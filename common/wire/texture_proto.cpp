@@ -6,14 +6,6 @@
 
 namespace lightmill {
 
-TextureNames texture_names(const std::vector<TextureImage>& textures) {
-  TextureNames names;
-  for (std::size_t i = 0; i < textures.size(); ++i) {
-    names.emplace(textures[i].name, static_cast<std::uint32_t>(i));
-  }
-  return names;
-}
-
 namespace {
 
 v1::Texture::Wrap to_wire_wrap(TextureImage::Wrap wrap) {

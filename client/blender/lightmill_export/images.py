@@ -140,14 +140,15 @@ def checked(reader, n, place):
 
 
 def tiled(reader, n, image, place):
-    """The tiles of an image (UDIM) as one image. Tile 1001 + i + 10 j begins at u = i and v = j. Squares without a tile are
-    magenta."""
+    """The tiles of an image (UDIM) as one image. Tile 1001 + i + 10 j begins at u = i and v = j. Squares between them without
+    a tile are magenta."""
+    extent = [max(divmod(tile.number - 1001, 10)[axis] for tile in image.tiles) + 1 for axis in (0, 1)]
+    if extent[0] * extent[1] * image.size[0] * image.size[1] > MOST_TEXELS:
+        reader.notices.node(n, f"the tiles of {image.name} are too large together, and are shown in magenta")
+        return ImageUse(image.name, place, pixels=np.array([[MISSING]]))
     squares = {divmod(tile.number - 1001, 10)[::-1]: tile_pixels(reader, n, image, tile.number) for tile in image.tiles}
     columns, rows = (max(square[axis] for square in squares) + 1 for axis in (0, 1))
     width, height = (max(pixels.shape[axis] for pixels in squares.values()) for axis in (1, 0))
-    if columns * width * rows * height > MOST_TEXELS:
-        reader.notices.node(n, f"the tiles of {image.name} are too large together, and are shown in magenta")
-        return ImageUse(image.name, place, pixels=np.array([[MISSING]]))
     name = image.colorspace_settings.name
     if not is_data(image) and name != "sRGB":
         reader.notices.node(n, f"the colour space {name} of {image.name} is treated as sRGB")
@@ -162,9 +163,11 @@ def tiled(reader, n, image, place):
 def tile_pixels(reader, n, image, number):
     """The texels of a tile."""
     with tempfile.TemporaryDirectory() as folder:
-        path = bpy.path.abspath(image.filepath_raw, library=image.library).replace("<UDIM>", str(number))
+        row, column = divmod(number - 1001, 10)
+        path = bpy.path.abspath(image.filepath_raw, library=image.library)
+        path = path.replace("<UDIM>", str(number)).replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
         for packed in image.packed_files:
-            if str(number) in os.path.basename(packed.filepath):
+            if os.path.basename(packed.filepath) == os.path.basename(path):
                 path = os.path.join(folder, os.path.basename(packed.filepath))
                 with open(path, "wb") as file:
                     file.write(packed.packed_file.data)

@@ -55,10 +55,10 @@ class DecoderProcess {
   /// Size as in the file's header.
   Result<ImageSize> size(ByteView bytes, const std::string& name);
   /// Decodes the bytes of an image file. `name` is only for messages, which begin with it. Files with 8 bits per
-  /// channel give bytes, those with integers or half floats of 16 bits words, others floats. 8- and 16-bit integers count as encoded, floats as linear. Colours are not
-  /// multiplied by alpha. Properties in the header that change pixels are applied (OpenedImage). Of several images or
-  /// mip levels, the first is read. Fails for files that are no image, for more than `max_pixels` and for values that
-  /// are not finite. Pixels are received while the next ones are decoded.
+  /// channel give bytes, those with integers or half floats of 16 bits words, others floats. 8- and 16-bit integers count
+  /// as encoded, floats as linear. Colours are not multiplied by alpha. Properties in the header that change pixels are
+  /// applied (OpenedImage). Of several images or mip levels, the first is read. Fails for files that are no image, for
+  /// more than `max_pixels` and for values that are not finite. Pixels are received while the next ones are decoded.
   Result<Texels> decode(ByteView bytes, const std::string& name, std::int64_t max_pixels = kMaxTexturePixels);
   /// Decodes the bytes of a compressed mesh, as a MeshDecoder does. The arrays are received while they are made.
   Result<DecodedMesh> decode_mesh(ByteView bytes, const MeshRequest& request);

@@ -38,8 +38,9 @@ class OpenedImage {
   bool encoded() const { return !input_->spec().format.is_floating_point(); }
   /// Values of half floats, which need no conversion.
   bool half() const;
-  /// Gives all pixels from the top in the layout of Texels, with as many bytes per pixel as size() says. They are zero where the file has none. Most files are read in bands, which stay in the processor's
-  /// cache. Stops at an error of `sink`.
+  /// Gives all pixels from the top in the layout of Texels, with as many bytes per pixel as size() says. They are zero
+  /// where the file has none. Most files are read in bands, which stay in the processor's cache. Stops at an error of
+  /// `sink`.
   Status read(const PixelSink& sink);
 
  private:

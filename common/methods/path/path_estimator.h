@@ -8,7 +8,8 @@
 // It follows one path per camera ray. Below sample 256 the path splits into two at its first surface. Each vertex
 // estimates direct light twice: by a sampled point of a light, and by a sampled direction of the BSDF. The power
 // heuristic weights both (Veach 1997, chapter 9). Segments in media that scatter have one such vertex for the light and
-// one for the direction (docs/design/core.md, "Fog"). The estimate is unbiased.
+// one for the direction (docs/design/core.md, "Fog"). The estimate is unbiased, but for averages of fine textures (the
+// same page, "Textures").
 //
 // Parameters
 //   --max-bounces N   scatterings of a path, at most (default 1000)

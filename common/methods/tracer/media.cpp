@@ -27,8 +27,8 @@ V8 offset_behind(const Surface8& surface) {
 
 }  // namespace
 
-/// Multiplies the throughput by the transmittance of the segment. In media that scatter it samples a distance, and returns
-/// the lanes that scatter before its end, with their distances.
+/// Multiplies the throughput by the transmittance of the segment. In media that scatter it samples a distance, and
+/// returns the lanes that scatter before its end, with their distances.
 ///
 /// A channel is drawn by its share of the throughput, and its density draws the distance. The weight divides by the
 /// mean density of the three channels (one-sample multiple importance sampling with the balance heuristic, Veach 1997,
@@ -92,9 +92,9 @@ F8 Wavefront::choose_apart(const Path8& paths, M8 lanes, const Segment8& segment
   const InscatteringDensity8 density(scene_.lights().equiangular(), segment.origin, paths.direction, segment.length,
                                      scattered, extinction);
   lanes = lanes & density.valid();
+  constexpr std::uint32_t kOnlyDecision = 0;  // of this seed
   const U8 seed = decision_seed(paths.pixel_seed, inscattering_decision(segment.bounce, segment.passed));
-  const F8 at =
-      density.sample(tracer::decide(paths.index, seed, segment.bounce, kFilterDecision, plan_.sobol_vertices));
+  const F8 at = density.sample(tracer::decide(paths.index, seed, segment.bounce, kOnlyDecision, plan_.sobol_vertices));
   const V8 until = MediumTable::transmittance(extinction, at);
   const F8 pdf = density.pdf_length(at);
   keep(paths, lanes, segment,

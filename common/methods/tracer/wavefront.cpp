@@ -111,18 +111,18 @@ Surface8 Wavefront::meter_surface(const Path8& paths, M8 lanes) const {
   return surface;
 }
 
-/// Delta BSDFs do not say how far they spread neighbours. After one, only the last segment counts, as wide as a pixel.
+/// Of camera rays, also behind delta BSDFs. These do not say how far they spread neighbours, so only the last segment
+/// counts there, as wide as a pixel.
 F8 Wavefront::footprint(const Path8& in, const Hit8& hits, const Surface8& surface, F8 before,
                         std::uint32_t bounce) const {
-  const F8 distance = before + hits.distance;
-  F8 pixel(0.0f);
-  if (meter_ == nullptr) {
-    pixel = bounce == 0 ? camera_width(scene_, in.direction, distance)
-                        : F8(kPixelFootprint * scene_.camera().pixel) * distance;
+  if (meter_ != nullptr) {
+    return F8(0.0f);
   }
-  const M8 scattered = in.pdf_solid_angle > F8(0.0f);
-  const F8 width = select(scattered, lobe_width(in.pdf_solid_angle, distance), pixel);
-  return texture_footprint(scene_, hits, surface, in.direction, width);
+  const F8 distance = before + hits.distance;
+  const F8 width = bounce == 0 ? camera_width(scene_, in.direction, distance)
+                               : F8(kPixelFootprint * scene_.camera().pixel) * distance;
+  const F8 found = texture_footprint(scene_, hits, surface, in.direction, width);
+  return masked(in.pdf_solid_angle == F8(0.0f), found);
 }
 
 LightSample8 Wavefront::draw_light(const V8& point, const V8& normal, const Path8& path, std::uint32_t bounce,

@@ -1,6 +1,7 @@
 #include "common/scene/compiled/geometry_table.h"
 
 #include "common/lights/light_sample.h"
+#include "common/math/stretch.h"
 #include "common/scene/compiled/convert.h"
 
 namespace lightmill {
@@ -34,9 +35,15 @@ float density_of_coordinates(const Mesh& mesh, const std::array<std::uint32_t, 3
   const auto to = [&](std::size_t i, std::size_t axis) {
     return double{mesh.texture_coordinates[triangle[i]][axis]} - mesh.texture_coordinates[triangle[0]][axis];
   };
-  const double area = glm::length(glm::cross(point(1) - point(0), point(2) - point(0)));
-  const double mapped = std::abs(to(1, 0) * to(2, 1) - to(2, 0) * to(1, 1));
-  const auto density = static_cast<float>(std::sqrt(mapped / area));
+  // The triangle in its plane: a corner at the origin, an edge along the first axis.
+  const Vec3d p1 = point(1) - point(0), p2 = point(2) - point(0);
+  const double along = glm::length(p1), x2 = glm::dot(p1, p2) / along, y2 = glm::length(glm::cross(p1, p2)) / along;
+  std::array<std::array<double, 2>, 2> coordinates_by_place{};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const double by_x = to(1, axis) / along;
+    coordinates_by_place[axis] = {by_x, (to(2, axis) - by_x * x2) / y2};
+  }
+  const auto density = static_cast<float>(least_stretch(coordinates_by_place));
   return std::isfinite(density) ? density : 0;
 }
 
@@ -66,8 +73,7 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   radius_.push_back(radius);
   append(linear_, linear);
   append(normal_matrix_, normal);
-  const auto square = [&](int column) { return glm::dot(linear[column], linear[column]); };
-  length_scale_.push_back(std::sqrt((square(0) + square(1) + square(2)) / 3));
+  length_scale_.push_back(static_cast<float>(largest_stretch(glm::dmat3(linear))));
 }
 
 void GeometryTable::add_extent(const Vec3& extent, float coordinates_per_length) {

@@ -79,7 +79,7 @@ class GeometryTable {
 
   bool has_colors() const { return has_colors_; }
   U8 material(U8 geometry, M8 lanes) const { return material_.at(geometry, lanes); }
-  /// Texture coordinates per unit of length, the mean over all directions. 0 where the surface has none, or no area.
+  /// Texture coordinates per unit of length, in the direction with the fewest. 0 where the surface has none, or no area.
   F8 coordinates_per_length(const Hit8& hits, M8 lanes) const;
   /// By texture coordinates alone.
   Tangents8 derivatives(const Hit8& hits, const Surface8& surface, M8 lanes) const;
@@ -124,7 +124,7 @@ class GeometryTable {
   VectorColumn center_;                                     ///< of a sphere; a plane's point
   Column<float> radius_;                                    ///< of a sphere; a plane's coordinate scale
   std::vector<float> linear_, normal_matrix_;               ///< of instances, 9 each, by columns
-  Column<float> length_scale_;                              ///< root mean square of linear_'s columns
+  Column<float> length_scale_;  ///< of instances: the largest by which linear_ scales lengths
 
   std::vector<float> triangle_extent_;      ///< 4 per triangle: sizes along x, y and z, coordinates_per_length
   std::vector<std::uint32_t> corners_;      ///< 3 vertices per triangle, of meshes with normals, coordinates or colours

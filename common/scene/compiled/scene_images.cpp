@@ -1,6 +1,7 @@
 #include "common/scene/compiled/scene_images.h"
 
 #include <set>
+#include <tuple>
 
 #include "common/base/check.h"
 #include "common/math/transcendental.h"
@@ -118,10 +119,15 @@ class SharedImages {
     return Texture(linear, settings);
   }
 
+  /// An image of one texel has no smaller copies.
   Status add_pyramid(Texture& texture, TexturePyramid::Weight weight, const std::string& where) {
-    std::shared_ptr<const TexturePyramid>& pyramid = pyramids_[{&texture.texels(), texture.decodes()}];
+    if (texture.texels().width == 1 && texture.texels().height == 1) {
+      return ok_status();
+    }
+    std::shared_ptr<const TexturePyramid>& pyramid = pyramids_[{&texture.texels(), texture.decodes(), weight}];
     if (pyramid == nullptr) {
-      LM_RETURN_IF_ERROR(budget_.take(pyramid_bytes(texture.texels()), where));
+      const Texels& texels = texture.texels();
+      LM_RETURN_IF_ERROR(budget_.take(pyramid_bytes(texels.width, texels.height, bytes_per_pixel(texels)), where));
       pyramid = std::make_shared<const TexturePyramid>(texture.make_pyramid(weight));
     }
     texture.use_pyramid(pyramid);
@@ -133,7 +139,7 @@ class SharedImages {
   const CompiledScene::ImageDecoder& images_;
   ImageBudget& budget_;
   std::map<Sha256, std::shared_ptr<const Texels>> read_, linear_;
-  std::map<std::pair<const Texels*, bool>, std::shared_ptr<const TexturePyramid>> pyramids_;
+  std::map<std::tuple<const Texels*, bool, TexturePyramid::Weight>, std::shared_ptr<const TexturePyramid>> pyramids_;
 };
 
 }  // namespace
@@ -157,7 +163,7 @@ Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetS
     textures.add(std::move(texture));
     if (image.tile != 0) {
       const auto square = static_cast<std::uint32_t>(image.tile - kFirstTile);
-      textures.set_tile(whole, square % kTilesInRow, square / kTilesInRow, i);
+      textures.set_tile(whole, square, i);
     }
   }
   return textures;

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "common/materials/texture_pyramid.h"
 #include "common/scene/compiled/mesh_sources.h"
 
 namespace lightmill {
@@ -154,9 +155,10 @@ class Estimator {
     LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(asset));
     note_file(bytes.size(), fmt::format("the file of the {} \"{}\"", what, file));
     if (const Result<ImageSize> size = sizes_(as_byte_view(bytes), file); size.ok()) {
-      // The decoder's values together with the pixels, or encoded pixels together with their linear form; and the first
-      // level of a pyramid, in single precision.
-      sum_.add(size->pixels() * std::max<std::uint64_t>(2 * size->bytes_per_pixel + 4, later),
+      // The decoder's values together with the pixels, or encoded pixels together with their linear form; and the
+      // smaller copies of textures.
+      sum_.add(size->pixels() * std::max<std::uint64_t>(2 * size->bytes_per_pixel, later) +
+                   (later == 0 ? pyramid_peak_bytes(size->width, size->height, size->bytes_per_pixel) : 0),
                fmt::format("the {} \"{}\"", what, file));
     }
     return ok_status();

@@ -192,7 +192,9 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   }
   const double mean = (color[0] + color[1] + color[2]) / 3;
   out.specular = std::min(factor * mean / 2, 1.0);
-  out.specular_map = scalar_map(specular["specularTexture"], ScalarMap::Channel::alpha);
+  if (factor * mean > 0) {
+    out.specular_map = scalar_map(specular["specularTexture"], ScalarMap::Channel::alpha);
+  }
   out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
   if (out.ior > 0) {
     return;

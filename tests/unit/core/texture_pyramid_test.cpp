@@ -73,9 +73,8 @@ TEST(TexturePyramid, HalvesRoundedUpToOneTexel) {
   EXPECT_EQ(level_of(pyramid, 3), (std::array<std::uint32_t, 3>{2, 1, 11}));
   EXPECT_EQ(level_of(pyramid, 4), (std::array<std::uint32_t, 3>{1, 1, 13}));
   EXPECT_EQ(pyramid.texels().floats.size(), 4u * 14);
-  EXPECT_EQ(pyramid_bytes(*random_floats(13, 2)), 16u * 14);
-  EXPECT_EQ(pyramid_bytes(*random_bytes(13, 2)), 4u * 14);
-  EXPECT_EQ(pyramid_bytes(*random_words(13, 2, true)), 8u * 14);
+  EXPECT_EQ(pyramid_bytes(13, 2, 16), 16u * 14);
+  EXPECT_EQ(pyramid_peak_bytes(13, 2, 4), 4u * 14 + 16 * (7 + 4));
   EXPECT_EQ(TexturePyramid(*random_floats(1, 1), false, TexturePyramid::Weight::area).levels(), 0u);
 }
 
@@ -118,6 +117,13 @@ TEST(TexturePyramid, TexelsAreMeansOverTheirAreas) {
       }
     }
   }
+}
+
+// Reflectances are clamped to [0, 1] at each texel, so their mean is that of clamped values.
+TEST(TexturePyramid, ColoursAreClampedBeforeTheirMean) {
+  const Texels image{2, 1, {}, std::vector<float>{100, 0.5f, -3, 1, 0, 0.5f, 0.25f, 1}, false};
+  const SharedArray<float> mean = TexturePyramid(image, false, TexturePyramid::Weight::area).texels().floats;
+  EXPECT_EQ(mean, (std::vector<float>{0.5f, 0.5f, 0.125f, 1}));
 }
 
 TEST(TexturePyramid, BytesRoundToTheNearestLinearColour) {
@@ -188,7 +194,7 @@ TEST(TexturePyramid, WordsRoundToTheNearestValue) {
       const auto image = random_words(4, 2, half);
       const Texture texture(image, {TextureFilter::bilinear, {}, decode});
       const TexturePyramid pyramid = texture.make_pyramid(TexturePyramid::Weight::area);
-      EXPECT_EQ(size_bytes(pyramid.texels()), pyramid_bytes(*image));
+      EXPECT_EQ(size_bytes(pyramid.texels()), pyramid_bytes(4, 2, 8));
       const std::span<const float> values = texel_values(*image, decode);
       for (std::size_t channel = 0; channel < 3; ++channel) {
         double mean = 0;
@@ -218,10 +224,25 @@ TEST(TexturePyramid, CutOutShapesKeepTheirColour) {
   EXPECT_EQ(TexturePyramid(*image, false, TexturePyramid::Weight::alpha).texels().floats[3], 0.5f);
 }
 
+Result<Texels> noise(ByteView, const std::string&) {
+  return *random_bytes(64, 64);
+}
+
+/// A floor of fine noise to the horizon, under a white sky of radiance 1. A point of reflectance r has radiance r.
+std::string floor(const char* filter) {
+  return fmt::format(R"({{"camera": {{"eye": [0, 1, 0], "look_at": [0, 0.7, 1], "vertical_fov_degrees": 20}},
+      "film": {{"width": 48, "height": 32, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
+      "textures": [{{"name": "t", "file": "t.png", "color_space": "LINEAR", "scale": [8, 8], "filter": "{}"}}],
+      "materials": [{{"name": "m", "diffuse": {{"reflectance": {{"texture": "t"}}}}}}],
+      "objects": [{{"material": "m", "plane": {{"point": [0, 0, 0], "normal": [0, 1, 0]}}}}],
+      "lights": [{{"name": "sky", "environment": {{"radiance": {{"rgb": [1, 1, 1]}}}}}}]}})",
+                     filter);
+}
+
 TEST(TextureFootprint, BelowTwoTexelsTheImageIsUnchanged) {
   const Texture plain(random_floats(16, 8), {});
   const Texture texture = with_pyramid(plain);
-  const float texel = 1 / std::sqrt(16.0f * 8);
+  const float texel = 1 / 8.0f;  // the wider one
   for (const float u : {-3.3f, 0.0f, 0.21f, 0.999f}) {
     EXPECT_EQ(red_at(texture, u, 0.4f, 1.99f * texel), red_at(plain, u, 0.4f, 0));
     EXPECT_EQ(red_at(texture, u, 0.4f, 0), red_at(plain, u, 0.4f, 0));
@@ -260,6 +281,28 @@ TEST(TextureFootprint, LanesHaveTheirOwnLevels) {
   }
 }
 
+TEST(TextureFootprint, AnImageOfOneTexelHasNoCopies) {
+  const Result<Texels> one = Texels{1, 1, std::vector<std::uint32_t>{0xff808080}, {}, false};
+  const auto image = [&](ByteView, const std::string&) { return one; };
+  const TestScene scene = TestScene::from_text(floor("BILINEAR"), {{"t.png", "t"}}, image);
+  EXPECT_FALSE(scene.compiled()->features().footprints);
+  const HalfImages rendered = scene.render({"path", 1, 0}, 1);
+  EXPECT_NEAR(rendered.mean(3 * (20 * 48 + 24)), 128 / 255.0, 1e-5);
+}
+
+// 64 texels along u and 2 along v in the same length: those along v are wider.
+TEST(TextureFootprint, FollowsTheWiderTexels) {
+  const Texture image = with_pyramid(Texture(random_floats(64, 2), {}));
+  const Texture stretched =
+      with_pyramid(Texture(random_floats(16, 16), {TextureFilter::bilinear, {}, false, {{{0.125f, 0}, {0, 8}}}}));
+  for (const float footprint : {0.5f, 0.9f}) {  // below two of the wider texels
+    EXPECT_EQ(red_at(image, 0.3f, 0.3f, footprint), red_at(image, 0.3f, 0.3f, 0));
+    EXPECT_EQ(red_at(stretched, 0.3f, 0.3f, footprint), red_at(stretched, 0.3f, 0.3f, 0));
+  }
+  EXPECT_NE(red_at(image, 0.3f, 0.3f, 1.1f), red_at(image, 0.3f, 0.3f, 0));
+  EXPECT_NE(red_at(stretched, 0.3f, 0.3f, 1.1f), red_at(stretched, 0.3f, 0.3f, 0));
+}
+
 TEST(TextureFootprint, IsScaledByTheTexturesMatrix) {
   const Texture plain = with_pyramid(Texture(random_floats(32, 32), {}));
   const Texture turned = with_pyramid(
@@ -273,10 +316,6 @@ TEST(TextureFootprint, IsScaledByTheTexturesMatrix) {
 TEST(TextureFootprint, NearestLookupsIgnoreIt) {
   const Texture texture = with_pyramid(Texture(random_floats(16, 16), {TextureFilter::nearest}));
   EXPECT_EQ(red_at(texture, 0.3f, 0.3f, 1), red_at(texture, 0.3f, 0.3f, 0));
-}
-
-Result<Texels> noise(ByteView, const std::string&) {
-  return *random_bytes(64, 64);
 }
 
 /// Whether the texture of each of these materials averages over footprints.
@@ -366,30 +405,14 @@ TEST(TextureFootprint, FollowsTheScaleOfInstances) {
   EXPECT_NEAR(footprint_of(at(8)), 0.5 * pixel * 1.5 / 8, 1e-6);
 }
 
-TEST(TextureFootprint, AtGrazingAnglesAnEighthOfTheLengthCounts) {
+TEST(TextureFootprint, AtGrazingAnglesAnEighthOfTheLengthCountsUpToTwice) {
   const std::string plane = R"("plane": {"point": [0, 0, 0], "normal": [0, 1, 0]})";
-  for (const double tilt : {20.0, 200.0}) {  // the eye is 10 above the plane
+  for (const double tilt : {20.0, 120.0, 200.0}) {  // the eye is 10 above the plane
     const double distance = std::hypot(tilt, 10), cosine = 10 / distance;
     const double pixel = distance * 2 * std::tan(std::numbers::pi / 180) / 20;
-    EXPECT_NEAR(footprint_of(far_below(plane, tilt)) / (0.5 * pixel * std::max(1.0, 1 / (8 * cosine))), 1, 1e-4);
+    const double longer = std::clamp(1 / (8 * cosine), 1.0, 2.0);
+    EXPECT_NEAR(footprint_of(far_below(plane, tilt)) / (0.5 * pixel * longer), 1, 1e-4);
   }
-}
-
-TEST(TextureFootprint, OfScatteredRaysFollowsTheirDensity) {
-  alignas(32) float out[8];
-  lobe_width(F8(4.0f), F8(10.0f)).store(out);
-  EXPECT_FLOAT_EQ(out[0], 0.125f * 10 / 2);
-}
-
-/// A floor of fine noise to the horizon, under a white sky of radiance 1. A point of reflectance r has radiance r.
-std::string floor(const char* filter) {
-  return fmt::format(R"({{"camera": {{"eye": [0, 1, 0], "look_at": [0, 0.7, 1], "vertical_fov_degrees": 20}},
-      "film": {{"width": 48, "height": 32, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
-      "textures": [{{"name": "t", "file": "t.png", "color_space": "LINEAR", "scale": [8, 8], "filter": "{}"}}],
-      "materials": [{{"name": "m", "diffuse": {{"reflectance": {{"texture": "t"}}}}}}],
-      "objects": [{{"material": "m", "plane": {{"point": [0, 0, 0], "normal": [0, 1, 0]}}}}],
-      "lights": [{{"name": "sky", "environment": {{"radiance": {{"rgb": [1, 1, 1]}}}}}}]}})",
-                     filter);
 }
 
 struct Spread {
@@ -425,6 +448,48 @@ TEST(TextureFootprint, FineTexturesBringLittleNoiseAndKeepTheirMean) {
   }
   // Light vertices see the texture as it is, and so do camera paths. Bilinear lookups alone average four texels.
   EXPECT_GT(8 * spread("vcm", "BILINEAR").variance, spread("vcm", "NEAREST").variance);
+}
+
+/// A wall that is lit only by a striped floor in the sun.
+std::string wall(const char* filter, const char* fog) {
+  return fmt::format(R"({{"camera": {{"eye": [0, 1, 3], "look_at": [0, 1, 0], "vertical_fov_degrees": 30}},
+      "film": {{"width": 16, "height": 16}},
+      "textures": [{{"name": "t", "file": "t.png", "color_space": "LINEAR", "filter": "{}", "scale": [0.125, 2]}}],
+      "materials": [{{"name": "floor", "diffuse": {{"reflectance": {{"texture": "t"}}}}}},
+                    {{"name": "wall", "diffuse": {{"reflectance": {{"rgb": [0.8, 0.8, 0.8]}}}}}},
+                    {{"name": "fog", "dielectric": {{"ior": 1}}, "interior": {{"scattering": {{"rgb": [1e-3, 1e-3, 1e-3]}}}}}}],
+      "objects": [{{"material": "floor", "plane": {{"point": [0, 0, 0], "normal": [0, 1, 0]}}}},
+                  {{"material": "wall", "plane": {{"point": [0, 0, 0], "normal": [0, 0, 1]}}}}{}],
+      "lights": [{{"name": "sun", "directional": {{"direction": [0, -1, -0.001], "irradiance": {{"rgb": [3, 3, 3]}}}}}}]}})",
+                     filter, fog);
+}
+
+/// Mean of the picture, and its standard error.
+Estimate mean_of(const std::string& document, std::uint32_t level) {
+  const HalfImages image = TestScene::from_text(document, {{"t.png", "t"}}, noise).render({"path", 1, 0}, level);
+  Estimate out;
+  double variance = 0;
+  const double count = static_cast<double>(image.a.size());
+  for (std::size_t i = 0; i < image.a.size(); ++i) {
+    out.value += image.mean(i) / count;
+    variance += image.variance(i);
+  }
+  // The channels of a pixel are not independent.
+  out.standard_error = std::sqrt(3 * variance) / count;
+  return out;
+}
+
+TEST(TextureFootprint, IndirectLightKeepsItsMean) {
+  const Estimate plain = mean_of(wall("NEAREST", ""), 10), averaged = mean_of(wall("BILINEAR", ""), 10);
+  EXPECT_NEAR(averaged.value / plain.value, 1,
+              0.001 + 4 * std::hypot(plain.standard_error, averaged.standard_error) / plain.value);
+}
+
+TEST(TextureFootprint, TexturesThroughThinFogKeepTheirColour) {
+  const char* const fog = R"(, {"material": "fog", "sphere": {"center": [0, 1, 0], "radius": 20}})";
+  const Estimate plain = mean_of(wall("NEAREST", fog), 9), averaged = mean_of(wall("BILINEAR", fog), 9);
+  EXPECT_NEAR(averaged.value / plain.value, 1,
+              0.001 + 4 * std::hypot(plain.standard_error, averaged.standard_error) / plain.value);
 }
 
 }  // namespace

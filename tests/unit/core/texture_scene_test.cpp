@@ -384,6 +384,11 @@ TEST(TextureScene, TilesComeFromFilesWithNumbers) {
   expect_pixel(image, 1, 1, {0, 0, 0});
   const double linear = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4);
   expect_pixel(image, 6, 1, {linear, linear, linear});
+  EXPECT_NE(refusal(document(R"({"name": "t", "file": "<UDIM>/wall.png"})",
+                             R"({"name": "picture", "diffuse": {"reflectance": {"texture": "t"}}})"),
+                    files, read_image),
+            "")
+      << "only file names have tiles";
   files.erase("wall.1001.png");
   files.erase("wall.1012.png");
   EXPECT_EQ(refusal(text, files, read_image),
@@ -402,7 +407,7 @@ TEST(TextureScene, TilesOfDocumentsAreChecked) {
   EXPECT_EQ(refused(R"({"name": "u", "file": "small.png", "tile": 1001, "tile_of": "t"})"),
             "textures[1].tile: the texture has an image for tile 1001 already");
   EXPECT_EQ(refused(R"({"name": "u", "file": "small.png", "tile": 1000})"),
-            "textures[1].tile: a UDIM number from 1001 to 1999 is expected, got 1000");
+            "textures[1].tile: a UDIM number from 1001 to 2000 is expected, got 1000");
   EXPECT_EQ(refused(R"({"name": "u", "file": "small.png", "tile": 1002, "tile_of": "v"})"),
             "textures[1].tile_of: no texture before this one is called \"v\"");
   EXPECT_EQ(

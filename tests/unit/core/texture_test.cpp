@@ -150,9 +150,9 @@ TEST(Texture, TilesCoverSquaresOfTheirOwn) {
   for (const float value : {1.0f, 2.0f, 12.0f}) {
     set.add(Texture(one(value), settings));
   }
-  set.set_tile(0, 0, 0, 0);
-  set.set_tile(0, 1, 0, 1);
-  set.set_tile(0, 1, 1, 2);
+  set.set_tile(0, 0, 0);
+  set.set_tile(0, 1, 1);
+  set.set_tile(0, 11, 2);
   struct Place {
     float u, v, red, alpha;
   };
@@ -188,7 +188,7 @@ TEST(Texture, SlopesOfTilesAreThoseOfTheirImages) {
   for (int i = 0; i < 2; ++i) {
     set.add(Texture(numbered(4, 1), {TextureFilter::bilinear, {TextureWrap::clamp, TextureWrap::clamp}}));
   }
-  set.set_tile(0, 3, 2, 1);
+  set.set_tile(0, 23, 1);
   alignas(32) float by_u[8];
   set.slopes(U8(0u), F8(3.5f), F8(2.5f), M8(true)).u.rgb.x.store(by_u);
   EXPECT_FLOAT_EQ(by_u[0], 4);

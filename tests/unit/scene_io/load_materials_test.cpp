@@ -85,6 +85,16 @@ TEST_F(Load, MapsOfTilesBringAllTheirImages) {
   EXPECT_EQ(textures[1].asset, sha256("two"));
 }
 
+TEST_F(Load, NumbersBehindTheTileDoNotConfuse) {
+  write("wall.1001.v1001.png", "one");
+  write("wall.1002.v1001.png", "two");
+  write("a.mtl", "newmtl red\nmap_Kd wall.<UDIM>.v1001.png\nmap_Ks <UDIM>/wall.png\n");
+  const Result<LoadedScene> loaded = load({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.textures.size(), 2u);
+  EXPECT_EQ(loaded->scene.textures[1].asset, sha256("two"));
+}
+
 TEST_F(Load, MapsWithoutTheirImageAreLeftOut) {
   fs::create_directories(folder_ / "glow.png");  // a folder is no image
   write("a.mtl", "newmtl red\nKd 0.5 0.25 0\nmap_Kd more\\wood.png\nnewmtl green\nKe 1 1 1\nmap_Ke glow.png\n");
