@@ -1,9 +1,15 @@
-// The coat of Mitsuba's rough plastic.
+// Coats of plastic whose light between the facets is lost.
 #pragma once
 
 namespace lightmill {
 
-/// Shares of uniform light at a rough dielectric surface. Light that meets several facets is lost, as in Mitsuba.
+enum class CoatFacets {
+  beckmann,        ///< those of Beckmann, seen and lit independently
+  ggx,             ///< GGX, seen and lit independently
+  ggx_correlated,  ///< GGX, whose heights decide which ones are both seen and lit
+};
+
+/// Shares of uniform light at a dielectric surface. Light that meets several facets is lost.
 struct RoughCoat {
   double enters = 0;           ///< from outside
   double reflects = 0;         ///< from outside
@@ -11,7 +17,8 @@ struct RoughCoat {
 };
 
 /// Integrates over the facets (Walter et al. 2007, Eqs. 20 and 21), in about a millisecond. `ior`: of the inside over
-/// the outside. `alpha` is above 0. Facets are distributed by Beckmann or GGX.
-RoughCoat rough_coat(double ior, double alpha, bool beckmann);
+/// the outside. `alpha` is 0 for smooth surfaces. The inside absorbs: the light that enters has crossed a layer of the optical depth `depth`, and that which is
+/// reflected inside has crossed it twice.
+RoughCoat rough_coat(double ior, double alpha, CoatFacets facets, double depth = 0);
 
 }  // namespace lightmill

@@ -70,14 +70,25 @@ TEST(PbrtMaterials, ConductorsHaveANameIndicesOrAReflectance) {
 // The albedo of a diffuse base under a smooth coat: (1 − F)ρ(1 − f)/(1 − ρf), and f = 1 − (1 − F)/η². For η = 1.5 the mean
 // outer reflectance F is 0.0918 (Jensen et al. 2001), so f = 0.5963.
 TEST(PbrtMaterials, CoatedDiffuseHasTheAlbedoOfItsLayers) {
-  const auto albedo = [](const char* reflectance) {
-    const Material coated =
-        pbrt_material(fmt::format("Material \"coateddiffuse\" \"rgb reflectance\" [{0} {0} {0}]", reflectance));
+  const auto albedo = [](double reflectance, int depth, double thickness, double rough = 0) {
+    const Material coated = pbrt_material(
+        fmt::format("Material \"coateddiffuse\" \"rgb reflectance\" [{0} {0} {0}] \"integer maxdepth\" {1} "
+                    "\"float thickness\" {2} \"float roughness\" {3}",
+                    reflectance, depth, thickness, rough));
     return std::get<PrincipledMaterial>(coated.kind).base_color.rgb.r;
   };
-  EXPECT_NEAR(albedo("1"), 1, 1e-6);
-  EXPECT_NEAR(albedo("0.5"), 0.5 * (1 - 0.5963) / (1 - 0.5 * 0.5963), 1e-3);
-  EXPECT_NEAR(albedo("0"), 0, 1e-6);
+  constexpr double kInside = 0.5963;  // the mean reflectance of a smooth surface from inside
+  EXPECT_NEAR(albedo(1, 1000, 0), 1, 1e-3);
+  EXPECT_NEAR(albedo(0.5, 1000, 0), 0.5 * (1 - kInside) / (1 - 0.5 * kInside), 1e-3);
+  EXPECT_NEAR(albedo(0, 1000, 0), 0, 1e-6);
+  // Few steps: light leaves the surface below the coat once, or twice.
+  EXPECT_NEAR(albedo(1, 1, 0), 1 - kInside, 1e-3);
+  EXPECT_NEAR(albedo(1, 2, 0), 1 - kInside, 1e-3);
+  EXPECT_NEAR(albedo(1, 3, 0), (1 - kInside) * (1 + kInside), 2e-3);
+  // Light crosses the coat twice, at a cosine from 0.745 to 1.
+  EXPECT_GT(albedo(1, 1, 0.1), (1 - kInside) * std::exp(-0.2 / 0.745));
+  EXPECT_LT(albedo(1, 1, 0.1), (1 - kInside) * std::exp(-0.2));
+  EXPECT_LT(albedo(1, 1000, 0, 0.5), 0.9);  // light that meets several facets is lost
 }
 
 TEST(PbrtMaterials, CoatedConductorIsCoatedMetal) {
