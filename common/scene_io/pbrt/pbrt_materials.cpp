@@ -233,6 +233,10 @@ ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std
   const Metal copper = find_metal("copper").value();
   out.eta = spectra_.metal(from, eta, "eta").value_or(RgbColor{copper.eta[0], copper.eta[1], copper.eta[2]});
   out.k = spectra_.metal(from, k, "k").value_or(RgbColor{copper.k[0], copper.k[1], copper.k[2]});
+  if (const std::optional<PbrtSpectra::Indices> measured = spectra_.measured_metal(from, eta, k)) {
+    out.eta = measured->eta;
+    out.k = measured->k;
+  }
   const auto nothing = [](float n, float absorbed) { return n == 0 && absorbed == 0; };
   if (nothing(out.eta.r, out.k.r) || nothing(out.eta.g, out.k.g) || nothing(out.eta.b, out.k.b)) {
     from.fail(eta, "eta and k must not both be 0 at 650, 550 or 450 nm");

@@ -69,6 +69,21 @@ TEST(PbrtMaterials, ConductorsHaveANameIndicesOrAReflectance) {
 
 // The albedo of a diffuse base under a smooth coat: (1 − F)ρ(1 − f)/(1 − ρf), and f = 1 − (1 − F)/η². For η = 1.5 the mean
 // outer reflectance F is 0.0918 (Jensen et al. 2001), so f = 0.5963.
+TEST(PbrtMaterials, MeasuredMetalsHaveTheColourOfTheirReflectance) {
+  const auto metal = [](const std::string& eta, const std::string& k) {
+    return std::get<ConductorMaterial>(
+        pbrt_material(fmt::format("Material \"conductor\" \"spectrum eta\" [{}] \"spectrum k\" [{}]", eta, k)).kind);
+  };
+  const ConductorMaterial grey = metal("300 1.5 900 1.5", "300 3 900 3");
+  EXPECT_NEAR(grey.eta.g, 1.5, 1e-6);
+  EXPECT_NEAR(grey.k.g, 3, 1e-2);
+  EXPECT_NEAR(grey.k.b, 3, 1e-2);
+  // Its indices at 450 nm alone would make this metal dark blue.
+  const ConductorMaterial step = metal("300 1 900 1", "300 1 455 1 456 4 900 4");
+  EXPECT_GT(step.k.b, 1.5);
+  EXPECT_LT(step.k.b, step.k.r);
+}
+
 TEST(PbrtMaterials, CoatedDiffuseHasTheAlbedoOfItsLayers) {
   const auto albedo = [](double reflectance, int depth, double thickness, double rough = 0) {
     const Material coated = pbrt_material(
