@@ -248,6 +248,21 @@ Texture "t" "spectrum" "scale" "texture tex" "i" "float scale" 0.25)");
   EXPECT_EQ(scaled.rgb, (RgbColor{0.25f, 0.25f, 0.25f}));
 }
 
+TEST(PbrtTextures, ImagesOfEightBitsAreEncodedAlsoAsNumbers) {
+  const auto space = [](const char* name, const char* encoding) {
+    const LoadedScene loaded = world(
+        fmt::format(R"(Texture "t" "float" "imagemap" "string filename" "{}" {} Shape "sphere" "texture alpha" "t")",
+                    name, encoding),
+        {{name, "picture"}});
+    return loaded.scene.textures.at(0).color_space;
+  };
+  using enum TextureImage::ColorSpace;
+  EXPECT_EQ(space("a.png", ""), srgb);
+  EXPECT_EQ(space("a.TGA", ""), srgb);
+  EXPECT_EQ(space("a.png", R"("string encoding" "linear")"), linear);
+  EXPECT_EQ(space("a.exr", ""), automatic);
+}
+
 TEST(PbrtTextures, CheckerboardsAreSmallImages) {
   const LoadedScene loaded =
       world(R"(Texture "t" "spectrum" "checkerboard" "float uscale" 4 "rgb tex1" [0.5 0.25 0] "rgb tex2" [0 0 0.5]
