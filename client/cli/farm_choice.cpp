@@ -80,7 +80,7 @@ std::optional<std::uint16_t> port_of_quickstart(const fs::path& folder) {
 
 }  // namespace
 
-std::string other_farm_note(const fs::path& folder, const std::string& address) {
+std::string other_farm_note(const fs::path& folder, const std::string& address, const std::string& used) {
   fs::path place = folder;
   std::optional<std::uint16_t> port = port_of_quickstart(place);
   while (!port && place.has_relative_path()) {
@@ -90,17 +90,18 @@ std::string other_farm_note(const fs::path& folder, const std::string& address) 
   const std::string there = fmt::format("127.0.0.1:{}", port.value_or(0));
   return !port || there == address ? ""
                                    : fmt::format(
-                                         "note: this command uses the farm at {}. The farm of {} is at {}: give "
-                                         "--server {} to use it",
-                                         address, (place / "quickstart.sh").string(), there, there);
+                                         "note: this command uses {}. The farm of {} is at {}: give --server {} to use "
+                                         "it",
+                                         used, (place / "quickstart.sh").string(), there, there);
 }
 
 namespace {
 
-void warn_of_other_farm(const Console& console) {
+/// `used`: the farm that the command uses, in words.
+void warn_of_other_farm(const Console& console, const std::string& used) {
   std::error_code error;
   const fs::path here = fs::current_path(error);
-  if (const std::string note = error ? "" : other_farm_note(here, kDefaultServer); !note.empty()) {
+  if (const std::string note = error ? "" : other_farm_note(here, kDefaultServer, used); !note.empty()) {
     console.notice(note);
   }
 }
@@ -111,7 +112,7 @@ Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options,
   GivenAddress given = given_address(options.server);
   if (given.address.empty()) {
     given.address = kDefaultServer;
-    warn_of_other_farm(console);
+    warn_of_other_farm(console, fmt::format("the farm at {}", kDefaultServer));
   }
   LM_RETURN_IF_ERROR(check_address(given));
   LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
@@ -181,7 +182,7 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFa
       console.notice(fmt::format(
           "farm: {} (it answers on the default port{})", kDefaultServer,
           local_options.threads > 0 ? "; --threads has no effect, because it applies only to a local farm" : ""));
-      warn_of_other_farm(console);
+      warn_of_other_farm(console, fmt::format("the farm at {}", kDefaultServer));
       return farm;
     }
   }
@@ -189,6 +190,9 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFa
   farm.connection = std::make_unique<CoordinatorClient>(farm.local_farm->address());
   console.notice(fmt::format("farm: a local one for this command ({})",
                              local ? "--local" : fmt::format("no farm answers at {}", kDefaultServer)));
+  if (!local) {
+    warn_of_other_farm(console, "a local farm");
+  }
   return farm;
 }
 

@@ -22,9 +22,9 @@ struct Farm {
   std::unique_ptr<CoordinatorClient> connection;
 };
 
-/// A note that `address` is not the farm that quickstart.sh runs in `folder` or above it. Empty if no such farm of this
-/// user runs there, or if it is at `address`.
-std::string other_farm_note(const std::filesystem::path& folder, const std::string& address);
+/// A note that the farm in use is not the one that quickstart.sh runs in `folder` or above it. Empty if no such farm of
+/// this user runs there, or if it is at `address`. `used`: the farm in use, in words.
+std::string other_farm_note(const std::filesystem::path& folder, const std::string& address, const std::string& used);
 
 /// Connects to the farm of --server, else of LIGHTMILL_SERVER, else the default. Sends nothing yet. An error names a
 /// malformed address, or what is wrong with a file of --tls-…. Nobody chose the default, so the console says if the

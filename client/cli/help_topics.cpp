@@ -144,7 +144,7 @@ void explain_measures(const Console& console) {
   print_table(console, {{"NUMBER", "MEANS"},
                         {"relMSE", "the mean of (x-r)²/(r²+0.01)"},
                         {"trimmed", "the same without the worst 0.1% of the pixels"},
-                        {"energy ratio", "the sum of x over the sum of r"},
+                        {"energy ratio", "the sum of x over the sum of r. --json also has that of each channel"},
                         {"SMAPE", "the mean of |x-r|/(|x|+|r|)"},
                         {"FLIP", "how different they look, from 0 to 1: the mean over the pixels"},
                         {"HDR-FLIP", "the same at the worst of several exposures"},

@@ -321,7 +321,7 @@ bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
 }
 
 double TimeLeft::update(double estimate_s, Time now) {
-  constexpr double kPartOfEstimate = 8, kLeast = 0.5, kMost = 20;  // the memory, in parts and seconds
+  constexpr double kPartOfEstimate = 8, kLeast = 0.5, kMost = 5;  // the memory, in parts and seconds
   const double passed_s = to_seconds(now - last_);
   last_ = now;
   if (estimate_s < 0 || shown_s_ < 0) {

@@ -19,6 +19,10 @@ Status check_finite(const RgbImage& image, std::string_view what) {
   return ok_status();
 }
 
+double ratio_of(double sum_x, double sum_r) {
+  return sum_x == sum_r ? 1.0 : sum_x / sum_r;
+}
+
 }  // namespace
 
 Status check_comparable(const RgbImage& picture, const RgbImage& reference) {
@@ -34,7 +38,7 @@ Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& r
   LM_RETURN_IF_ERROR(check_comparable(picture, reference));
   const std::size_t pixels = picture.pixels();
   std::vector<double> per_pixel(pixels, 0.0);
-  double sum_x = 0, sum_r = 0;
+  std::array<double, 3> sums_x{}, sums_r{};
   PictureError error;
   for (std::size_t i = 0; i < picture.values.size(); ++i) {
     const double x = picture.values[i];
@@ -43,11 +47,12 @@ Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& r
     per_pixel[i % pixels] += distance * distance / (r * r + kRelMseFloor) / 3.0;
     error.smape += distance > 0 ? distance / (std::abs(x) + std::abs(r)) : 0.0;
     error.max_abs = std::max(error.max_abs, distance);
-    sum_x += x;
-    sum_r += r;
+    sums_x[i / pixels] += x;
+    sums_r[i / pixels] += r;
   }
   error.smape /= static_cast<double>(picture.values.size());
-  error.energy_ratio = sum_x == sum_r ? 1.0 : sum_x / sum_r;
+  std::ranges::transform(sums_x, sums_r, error.energy_ratio_rgb.begin(), ratio_of);
+  error.energy_ratio = ratio_of(sums_x[0] + sums_x[1] + sums_x[2], sums_r[0] + sums_r[1] + sums_r[2]);
   std::ranges::sort(per_pixel);  // ascending: adding small terms first keeps the sum accurate, and the worst come last
   const std::size_t kept = pixels - pixels / 1000;
   double sum = 0;

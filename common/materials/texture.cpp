@@ -95,7 +95,13 @@ Texture::Rgba8 Texture::lookup_mapped(F8 u, F8 v, F8 footprint, M8 lanes) const 
     return nearest(u, v, lanes);
   }
   const F8 texels = footprint * F8(texels_per_unit_);
-  const M8 many = pyramid_ != nullptr ? lanes & (texels >= F8(2.0f)) : M8();
+  M8 many = pyramid_ != nullptr ? lanes & (texels >= F8(2.0f)) : M8();
+  // The border of a clamped image continues, not that of its smaller copies.
+  for (const auto& [at, wrap] : {std::pair{u, settings_.wrap[0]}, {v, settings_.wrap[1]}}) {
+    if (wrap == TextureWrap::clamp) {
+      many = many & (at >= F8(0.0f)) & (at <= F8(1.0f));
+    }
+  }
   if (many.none()) {
     return bilinear(u, v, lanes);
   }

@@ -41,11 +41,11 @@ std::map<int, std::filesystem::path> find_tiles(const SceneFiles& files, const s
 Status add_tiles(const SceneFiles& files, const std::filesystem::path& path, std::uint32_t texture,
                  const ImageAsset& image, LoadedScene& loaded) {
   const std::map<int, std::filesystem::path> tiles = find_tiles(files, path);
+  const TextureImage whole = loaded.scene.textures[texture];
   if (tiles.empty()) {
     return not_found("{}: there is no tile, such as {}", image.place,
-                     utf8_text(with_tile_number(path.filename().string(), kFirstTile)));
+                     utf8_text(with_tile_number(whole.file, kFirstTile)));
   }
-  const TextureImage whole = loaded.scene.textures[texture];
   bool first = true;
   for (const auto& [number, file] : tiles) {
     const std::string name = with_tile_number(whole.file, number);

@@ -23,8 +23,8 @@ bounces_of() {
 }
 
 {
-  echo '| scene | energy ratio | relMSE | FLIP |'
-  echo '| --- | --- | --- | --- |'
+  echo '| scene | red | green | blue | relMSE | FLIP |'
+  echo '| --- | --- | --- | --- | --- | --- |'
   for reference in "$data"/*/refs/*_ref_rgb.exr; do
     kind=$(basename "$(dirname "$(dirname "$reference")")")
     name=$(basename "$reference" _ref_rgb.exr)
@@ -33,13 +33,9 @@ bounces_of() {
     if build/release/bin/lightmill render "$scene" --local --method path --spp "$samples" \
       --max-bounces "$(bounces_of "$scene")" -o "$picture.exr" >"$picture.log" 2>&1; then
       build/release/bin/lightmill error --json "$picture.exr" "$reference" >"$picture.json"
-      python3 - "$kind/$name" "$picture.json" <<'PYTHON'
-import json, sys
-numbers = json.load(open(sys.argv[2]))
-print(f"| {sys.argv[1]} | {numbers['energy_ratio']:.4f} | {numbers['rel_mse']:.4f} | {numbers['flip']:.3f} |")
-PYTHON
+      python3 tests/bench/peers/error_row.py "$kind/$name" "$picture.json"
     else
-      echo "| $kind/$name | $(tail -1 "$picture.log" | sed "s|.*/||") | | |"
+      echo "| $kind/$name | $(tail -1 "$picture.log" | sed "s|.*/||") | | | | |"
     fi
   done
 } >"$folder/table.md"

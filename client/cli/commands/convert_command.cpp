@@ -1,4 +1,6 @@
 // lightmill convert FILE
+#include <filesystem>
+
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -45,6 +47,12 @@ Result<FilmPicture> read_picture(ByteView bytes, const ConvertOptions& options) 
 
 Result<ExitCode> convert(const Console& console, const ConvertOptions& options) {
   LM_ASSIGN_OR_RETURN(const PictureOutputs outputs, options.picture.checked());
+  for (const std::string& path : outputs.paths) {
+    std::error_code error;
+    if (std::filesystem::equivalent(options.input, path, error)) {
+      return as_input_error(invalid_argument("{}: this is the file to convert. Give the picture another name", path));
+    }
+  }
   LM_ASSIGN_OR_RETURN(const std::string bytes, read_file(options.input));
   Result<FilmPicture> picture = with_context(read_picture(as_byte_view(bytes), options), options.input);
   if (!picture.ok()) {

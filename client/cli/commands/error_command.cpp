@@ -71,6 +71,7 @@ Result<ExitCode> show_error(const Console& console, const ErrorOptions& options)
                                 {"rel_mse", error->rel_mse},
                                 {"rel_mse_trimmed", error->rel_mse_trimmed},
                                 {"energy_ratio", error->energy_ratio},
+                                {"energy_ratio_rgb", error->energy_ratio_rgb},
                                 {"smape", error->smape},
                                 {"flip", comparison->flip},
                                 {"flip_hdr", comparison->flip_hdr},

@@ -70,7 +70,7 @@ Result<std::size_t> drain_workers_of(CoordinatorClient& connection, const Consol
       }
       LM_RETURN_IF_ERROR(drained.status());
       objects.push_back(to_json(*drained));
-      console.result(fmt::format("worker {} finishes its units and leaves", worker.name()));
+      console.result(fmt::format("worker {} finishes its tiles and leaves", worker.name()));
     }
   }
   if (!objects.empty()) {
@@ -91,7 +91,7 @@ Status drain_worker(CoordinatorClient& connection, const Console& console, const
   }
   LM_RETURN_IF_ERROR(worker.status());
   console.object(to_json(*worker));
-  console.result(fmt::format("worker {} finishes its units and leaves", name));
+  console.result(fmt::format("worker {} finishes its tiles and leaves", name));
   return ok_status();
 }
 
@@ -127,7 +127,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   });
 
   const auto name = std::make_shared<std::string>();
-  CLI::App* drain = workers->add_subcommand("drain", "Let a worker finish its units and leave.");
+  CLI::App* drain = workers->add_subcommand("drain", "Let a worker finish its tiles and leave.");
   drain->footer("With the name of a certificate or token, all of its workers drain.");
   drain->add_option("NAME", *name, "the worker's name, as `workers` prints it, or the name of its certificate or token")
       ->required();

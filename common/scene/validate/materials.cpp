@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
@@ -61,6 +62,15 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
   LM_RETURN_IF_ERROR(check_reflectance(path + ".sheen_color", m.sheen_color.rgb));
   LM_RETURN_IF_ERROR(check_reflectance(path + ".transmittance", m.transmittance.rgb));
   LM_RETURN_IF_ERROR(check_anisotropy(path, m.anisotropy));
+  for (const auto& [name, map, number] : {std::tuple{"specular", m.specular_map, m.specular},
+                                          {"transmission", m.transmission_map, m.transmission},
+                                          {"coat", m.coat_map, m.coat},
+                                          {"coat_roughness", m.coat_roughness_map, m.coat_roughness},
+                                          {"sheen_roughness", m.sheen_roughness_map, m.sheen_roughness}}) {
+    if (map.texture != kNoTexture && !(number > 0)) {
+      return invalid_argument("{}.{}_map: multiplies {}, which must be above 0", path, name, name);
+    }
+  }
   return check_ior(path + ".ior", m.ior);
 }
 

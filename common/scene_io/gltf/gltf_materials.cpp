@@ -151,7 +151,9 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   out.coat_roughness = coat["clearcoatRoughnessFactor"].number(0, 0, 1);
   if (out.coat > 0) {
     out.coat_map = scalar_map(coat["clearcoatTexture"], r);
-    out.coat_roughness_map = scalar_map(coat["clearcoatRoughnessTexture"], g);
+    if (out.coat_roughness > 0) {
+      out.coat_roughness_map = scalar_map(coat["clearcoatRoughnessTexture"], g);
+    }
   }
   out.transmission = transmission["transmissionFactor"].number(0, 0, 1);
   if (out.transmission > 0) {
@@ -229,7 +231,9 @@ void GltfMaterials::set_sheen(const JsonNode& from, PrincipledMaterial& out) {
   }
   out.sheen_color = {color, texture(from["sheenColorTexture"], TextureImage::ColorSpace::srgb)};
   out.sheen_roughness = from["sheenRoughnessFactor"].number(0, 0, 1);
-  out.sheen_roughness_map = scalar_map(from["sheenRoughnessTexture"], ScalarMap::Channel::alpha);
+  if (out.sheen_roughness > 0) {
+    out.sheen_roughness_map = scalar_map(from["sheenRoughnessTexture"], ScalarMap::Channel::alpha);
+  }
 }
 
 /// Mixes the material with a thin sheet. The highlights of the rest become brighter, because the sheet has none.

@@ -255,7 +255,7 @@ TexturedColor MitsubaMaterials::below_rough_coat(const MitsubaObject& from, cons
   }
   RoughCoat& coat = found->second;
   if (added) {
-    coat = rough_coat(ior, alpha, beckmann);
+    coat = rough_coat(ior, alpha, beckmann ? CoatFacets::beckmann : CoatFacets::ggx);
   }
   const bool nonlinear = from.boolean("nonlinear", false);
   return changed_albedo(albedo, [&](double rho) {

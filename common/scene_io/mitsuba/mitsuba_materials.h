@@ -3,9 +3,9 @@
 
 #include <tuple>
 
-#include "common/scene_io/mitsuba/mitsuba_plastic.h"
 #include "common/scene_io/mitsuba/mitsuba_textures.h"
 #include "common/scene_io/notices.h"
+#include "common/scene_io/rough_coat.h"
 
 namespace lightmill {
 

@@ -6,6 +6,7 @@
 
 #include "common/base/text.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/gzip.h"
 #include "common/scene_io/pbrt/pbrt_world.h"
 #include "common/scene_io/transforms.h"
 
@@ -15,10 +16,11 @@ namespace {
 constexpr std::size_t kMaxNestedFiles = 50, kMaxFiles = 10'000, kMaxStates = 1000, kMaxAttributes = 1000;
 constexpr std::size_t kMaxAttributeValues = 1000;             ///< each directive reads them again
 constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 30;  ///< of the files that a scene names, each time it does
+constexpr std::uint64_t kMaxUnpackedBytes = std::uint64_t{4} << 30;  ///< of those of them that are compressed
 
 class PbrtReader {
  public:
-  explicit PbrtReader(FileSource files) : world_(at_most(kMaxBytes, std::move(files))) {}
+  explicit PbrtReader(FileSource files) : world_(at_most(kMaxBytes, unpacked(kMaxUnpackedBytes, std::move(files)))) {}
 
   Result<LoadedScene> read(std::string text, const std::string& file_name) {
     LM_RETURN_IF_ERROR(read_file(std::move(text), file_name));
@@ -70,9 +72,6 @@ class PbrtReader {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a file's name", PbrtTokens::kMaxFileNameBytes));
     if (nesting_ == kMaxNestedFiles || names_.size() == kMaxFiles) {
       return place.error("at most {} files can be included, {} deep", kMaxFiles, kMaxNestedFiles);
-    }
-    if (name.ends_with(".gz")) {
-      return place.error("{} is compressed: unpack it, and name the unpacked file", name);
     }
     Result<SourceFile> file = world_.files()(name);
     return file.ok() ? read_file(std::move(file->bytes), file->name) : place.error("{}", message_of(file.status()));

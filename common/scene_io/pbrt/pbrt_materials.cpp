@@ -233,6 +233,10 @@ ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std
   const Metal copper = find_metal("copper").value();
   out.eta = spectra_.metal(from, eta, "eta").value_or(RgbColor{copper.eta[0], copper.eta[1], copper.eta[2]});
   out.k = spectra_.metal(from, k, "k").value_or(RgbColor{copper.k[0], copper.k[1], copper.k[2]});
+  if (const std::optional<PbrtSpectra::Indices> measured = spectra_.measured_metal(from, eta, k)) {
+    out.eta = measured->eta;
+    out.k = measured->k;
+  }
   const auto nothing = [](float n, float absorbed) { return n == 0 && absorbed == 0; };
   if (nothing(out.eta.r, out.k.r) || nothing(out.eta.g, out.k.g) || nothing(out.eta.b, out.k.b)) {
     from.fail(eta, "eta and k must not both be 0 at 650, 550 or 450 nm");
@@ -275,19 +279,48 @@ void PbrtMaterials::subsurface(const PbrtParameters& from, Material& out) {
   out.interior = below_surface(scaled(medium, scale), ior);
 }
 
+/// pbrt follows light between a coat and the surface below it for `maxdepth` steps. Each crossing of the coat takes light
+/// away, as of a medium with an extinction of 1. A rough coat loses the light that meets several of its facets. A
+/// principled material's diffuse part is ρ (1 − E(wi)) (1 − E(wo)) / (π (1 − E_mean)). Both are equally bright in uniform
+/// light.
+TexturedColor PbrtMaterials::below_coat(const PbrtParameters& from, const TexturedColor& albedo, double ior,
+                                        double alpha) {
+  constexpr std::size_t kMaxCoats = 1000;  // computing one takes time
+  const bool empty = !from.has("albedo");
+  const PbrtValue depth = textures_.number(from, "thickness", 0.01);
+  const double thickness = empty && !depth.varies() ? std::clamp<double>(depth.color.r, 0, 1e3) : 0;
+  const std::int64_t times =
+      (from.whole("maxdepth", 10, 0, 1'000'000) + 1) / 2;  // every other step ends below the coat
+  const auto [found, added] = coats_.try_emplace({ior, alpha, thickness});
+  if (coats_.size() > kMaxCoats) {
+    from.fail("roughness", fmt::format("at most {} different coats can be rendered", kMaxCoats));
+    return albedo;
+  }
+  RoughCoat& coat = found->second;
+  if (added) {
+    coat = rough_coat(ior, alpha, CoatFacets::ggx_correlated, thickness);
+  }
+  return changed_albedo(albedo, [&](double rho) {
+    const double again = rho * coat.reflects_inside;
+    const double sum = again < 1 ? (1 - std::pow(again, times)) / (1 - again) : static_cast<double>(times);
+    const double below = rho * coat.enters * coat.enters * sum / (ior * ior * (1 - coat.reflects));
+    return below >= 0 && below < rho ? below : rho;
+  });
+}
+
 void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {
   notices_.once("coateddiffuse is rendered as a principled material with the same albedo");
-  out.single_scattering = false;
   PrincipledMaterial kind;
   kind.ior = spectra_.ior(from, "eta", 1.5);
   kind.roughness = roughness(from, "");
+  out.single_scattering = kind.roughness > 0;
   const PbrtValue base = textures_.color(from, "reflectance", {0.5f, 0.5f, 0.5f});
-  kind.base_color = coated(textured(base), kind.ior);
+  kind.base_color = below_coat(from, textured(base), kind.ior, kind.roughness * kind.roughness);
   out.kind = kind;
   if (const PbrtValue medium = textures_.color(from, "albedo", {0, 0, 0}); medium.varies() || !is_black(medium.color)) {
     notices_.left_out("the scattering medium in coats");
   }
-  for (const char* unused : {"thickness", "g", "maxdepth", "nsamples"}) {
+  for (const char* unused : {"g", "nsamples"}) {
     from.find(unused);
   }
 }

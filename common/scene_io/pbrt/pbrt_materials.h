@@ -3,6 +3,7 @@
 
 #include "common/materials/metals.h"
 #include "common/scene_io/pbrt/pbrt_textures.h"
+#include "common/scene_io/rough_coat.h"
 
 namespace lightmill {
 
@@ -39,6 +40,7 @@ class PbrtMaterials {
   ConductorMaterial conductor(const PbrtParameters& from, const std::string& prefix);
   void subsurface(const PbrtParameters& from, Material& out);
   void coated_diffuse(const PbrtParameters& from, Material& out);
+  TexturedColor below_coat(const PbrtParameters& from, const TexturedColor& albedo, double ior, double alpha);
   void coated_conductor(const PbrtParameters& from, Material& out);
   /// alpha of GGX along u and v. Textures are left out, with a notice.
   std::array<double, 2> alphas(const PbrtParameters& from, const std::string& prefix) const;
@@ -52,7 +54,8 @@ class PbrtMaterials {
   Faults& faults_;
   std::vector<Definition> definitions_;
   std::map<std::string, std::size_t> by_name_;
-  int mixing_ = 0;  ///< mixtures around the one that is converted
+  std::map<std::tuple<double, double, double>, RoughCoat> coats_;  ///< by index, alpha and thickness
+  int mixing_ = 0;                                                 ///< mixtures around the one that is converted
 };
 
 /// The media of MakeNamedMedium.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/scene_io/loop_subdivision.h"
 #include "common/scene_io/mesh_edits.h"
 #include "common/scene_io/ply.h"
 #include "common/scene_io/tessellate.h"
@@ -79,6 +80,7 @@ Result<PbrtShape> PbrtShapes::read(const std::string& type, const PbrtParameters
       : type == "cylinder"     ? cylinder(from)
       : type == "trianglemesh" ? triangles(from, plain)
       : type == "bilinearmesh" ? patches(from)
+      : type == "loopsubdiv"   ? subdivided(from, plain)
       : type == "plymesh"      ? ply(from, plain)
                           : Result<PbrtShape>(from.place().error("shapes of the type \"{}\" cannot be rendered", type));
   LM_RETURN_IF_ERROR(shape.status());
@@ -99,8 +101,12 @@ Status PbrtShapes::cut(const std::string& type, const std::string& form, const S
   notices_.once(fmt::format("shapes of the type \"{}\" are rendered as triangles", type));
   const std::size_t triangles = shape.mesh.triangles.size();
   shape.triangles_per_shape = static_cast<std::uint32_t>(triangles);
+  return count(triangles, forms_.insert(type + " " + form).second, place);
+}
+
+Status PbrtShapes::count(std::size_t triangles, bool kept, const SourcePlace& place) {
   triangles_ += triangles;
-  kept_triangles_ += forms_.insert(type + " " + form).second ? triangles : 0;
+  kept_triangles_ += kept ? triangles : 0;
   return triangles_ <= kMaxTriangles && kept_triangles_ <= kMaxKeptTriangles
              ? ok_status()
              : place.error("curved shapes make more than {} triangles, or {} different ones", kMaxTriangles,
@@ -214,11 +220,30 @@ Result<PbrtShape> PbrtShapes::patches(const PbrtParameters& from) {
   return out;
 }
 
+Result<PbrtShape> PbrtShapes::subdivided(const PbrtParameters& from, bool plain) {
+  Mesh base;
+  read_vertices(from, base);
+  const std::vector<std::uint32_t> corners = read_corners(from, 3, base.positions.size());
+  for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
+    base.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  }
+  const auto levels = static_cast<int>(from.whole("levels", 3, 0, 12));
+  LM_RETURN_IF_ERROR(count(base.triangles.size() << (2 * levels), true, from.place()));
+  Result<Mesh> mesh = loop_subdivision(base, levels);
+  if (!mesh.ok()) {
+    return from.place().error("loopsubdiv: {}", message_of(mesh.status()));
+  }
+  from.find("scheme");
+  PbrtShape out;
+  out.mesh = *std::move(mesh);
+  if (!plain) {
+    set_triangle_coordinates(out.mesh, kTriangleCoordinates);
+  }
+  return out;
+}
+
 Result<PbrtShape> PbrtShapes::ply(const PbrtParameters& from, bool plain) {
   const std::string name = from.text("filename", "");
-  if (name.ends_with(".gz")) {
-    return from.place().error("plymesh: {} is compressed: unpack it, and name the unpacked file", name);
-  }
   const Result<SourceFile> file = files_(name);
   if (!file.ok()) {
     return from.place().error("plymesh: {}", message_of(file.status()));

@@ -35,9 +35,13 @@ class PbrtShapes {
   Result<PbrtShape> cylinder(const PbrtParameters& from);
   Result<PbrtShape> triangles(const PbrtParameters& from, bool plain);
   Result<PbrtShape> patches(const PbrtParameters& from);
+  Result<PbrtShape> subdivided(const PbrtParameters& from, bool plain);
   Result<PbrtShape> ply(const PbrtParameters& from, bool plain);
   /// Notes that a shape was cut into triangles, and counts them. Meshes of one type and form are equal, and kept once.
   Status cut(const std::string& type, const std::string& form, const SourcePlace& place, PbrtShape& shape);
+
+  /// Counts the triangles of a curved shape. An error once there are too many, or too many different ones.
+  Status count(std::size_t triangles, bool kept, const SourcePlace& place);
 
   FileSource& files_;
   Notices& notices_;

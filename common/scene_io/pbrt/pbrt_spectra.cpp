@@ -1,6 +1,7 @@
 #include "common/scene_io/pbrt/pbrt_spectra.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace lightmill {
 namespace {
@@ -137,6 +138,34 @@ std::optional<RgbColor> PbrtSpectra::metal(const PbrtParameters& from, std::stri
     return std::nullopt;
   }
   return out;
+}
+
+std::optional<PbrtSpectra::Indices> PbrtSpectra::measured_metal(const PbrtParameters& from, std::string_view eta_name,
+                                                                std::string_view k_name) {
+  const auto read = [&](std::string_view name) -> std::optional<Spectrum> {
+    const PbrtParameter* found = from.find(name);
+    const bool measured = found != nullptr && found->type == "spectrum" && !name_of(*found).starts_with("metal-");
+    return measured ? samples(from, *found) : std::nullopt;
+  };
+  const std::optional<Spectrum> eta = read(eta_name), k = read(k_name);
+  if (!eta || !k) {
+    return std::nullopt;
+  }
+  Spectrum reflected;
+  std::ranges::set_union(eta->wavelengths_nm, k->wavelengths_nm, std::back_inserter(reflected.wavelengths_nm));
+  for (const double nm : reflected.wavelengths_nm) {
+    const double n = eta->at(nm), absorbed = k->at(nm) * k->at(nm);
+    reflected.values.push_back(((n - 1) * (n - 1) + absorbed) / ((n + 1) * (n + 1) + absorbed));
+  }
+  const RgbColor color = reflected_color(reflected);
+  Indices out{at_red_green_blue(*eta), {}};
+  const auto k_of = [](double n, double r) {
+    r = std::clamp(r, 0.0, 0.9999);
+    return static_cast<float>(std::sqrt(std::max((r * (n + 1) * (n + 1) - (n - 1) * (n - 1)) / (1 - r), 0.0)));
+  };
+  out.k = {k_of(out.eta.r, color.r), k_of(out.eta.g, color.g), k_of(out.eta.b, color.b)};
+  const bool usable = std::max({out.eta.r, out.eta.g, out.eta.b, out.k.r, out.k.g, out.k.b}) <= kMaxComplexIndex;
+  return usable ? std::optional(out) : std::nullopt;
 }
 
 double PbrtSpectra::ior(const PbrtParameters& from, std::string_view name, double fallback) {

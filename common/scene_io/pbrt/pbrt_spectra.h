@@ -20,6 +20,12 @@ class PbrtSpectra {
   /// Each component at least 0, as of a medium.
   std::optional<RgbColor> coefficient(const PbrtParameters& from, std::string_view name);
   /// Of metals: n or k at three wavelengths, in [0, kMaxComplexIndex]. `part` is "eta" or "k".
+  struct Indices {
+    RgbColor eta, k;
+  };
+  /// Those whose reflectance along the normal has the colour of a measured metal: both parameters are spectra without a
+  /// metal's name. Else nothing.
+  std::optional<Indices> measured_metal(const PbrtParameters& from, std::string_view eta_name, std::string_view k_name);
   std::optional<RgbColor> metal(const PbrtParameters& from, std::string_view name, std::string_view part);
   /// Of glass: a number, the value of a spectrum at 587.6 nm, or the name of a glass.
   double ior(const PbrtParameters& from, std::string_view name, double fallback);

@@ -1,6 +1,7 @@
 #include "common/scene_io/pbrt/pbrt_textures.h"
 
 #include <algorithm>
+#include <array>
 
 #include "common/base/text.h"
 #include "common/scene_io/tiny_image.h"
@@ -175,8 +176,17 @@ Result<PbrtValue> PbrtTextures::image_map(const PbrtParameters& from) {
   const std::string encoding = from.text("encoding", "");
   if (encoding == "linear") {
     out.color_space = TextureImage::ColorSpace::linear;
-  } else if (encoding.starts_with("gamma")) {
-    notices_.once("images with a gamma encoding are rendered as sRGB");
+  } else {
+    if (encoding.starts_with("gamma")) {
+      notices_.once("images with a gamma encoding are rendered as sRGB");
+    }
+    std::string name = from.text("filename", "");
+    std::ranges::transform(name, name.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c; });
+    // pbrt decodes also those that are numbers.
+    if (std::ranges::any_of(std::array{".png", ".tga", ".jpg", ".jpeg", ".bmp", ".gif"},
+                            [&](const char* ending) { return name.ends_with(ending); })) {
+      out.color_space = TextureImage::ColorSpace::srgb;
+    }
   }
   const std::optional<Sha256> asset = image(from, "filename", out.file);
   if (!asset) {

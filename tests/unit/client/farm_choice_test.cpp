@@ -36,23 +36,24 @@ TEST(FarmChoice, AnotherFarmOfTheFolderIsNamed) {
   const QuickstartFolder clone;
   clone.write("port", "41233");
   clone.write("server.pid", std::to_string(::getpid()));
-  const std::string note = other_farm_note(clone.path(), kDefaultServer);
+  const std::string note = other_farm_note(clone.path(), kDefaultServer, "the farm at 127.0.0.1:7350");
   EXPECT_EQ(note, fmt::format("note: this command uses the farm at 127.0.0.1:7350. The farm of {}/quickstart.sh is at "
                               "127.0.0.1:41233: give --server 127.0.0.1:41233 to use it",
                               clone.path().string()));
-  EXPECT_EQ(other_farm_note(clone.path() / "build" / "release", kDefaultServer), note) << "below the folder, too";
-  EXPECT_EQ(other_farm_note(clone.path(), "127.0.0.1:41233"), "") << "it is the one that is used";
+  EXPECT_EQ(other_farm_note(clone.path() / "build" / "release", kDefaultServer, "the farm at 127.0.0.1:7350"), note)
+      << "below the folder, too";
+  EXPECT_EQ(other_farm_note(clone.path(), "127.0.0.1:41233", "a local farm"), "") << "it is the one that is used";
 }
 
 TEST(FarmChoice, AFolderWithoutARunningFarmNeedsNoNote) {
   const QuickstartFolder clone;
-  EXPECT_EQ(other_farm_note(clone.path(), kDefaultServer), "");
+  EXPECT_EQ(other_farm_note(clone.path(), kDefaultServer, "the farm at 127.0.0.1:7350"), "");
   clone.write("port", "41233");
   clone.write("server.pid", std::to_string(ended_process()));
-  EXPECT_EQ(other_farm_note(clone.path(), kDefaultServer), "");
+  EXPECT_EQ(other_farm_note(clone.path(), kDefaultServer, "the farm at 127.0.0.1:7350"), "");
   clone.write("server.pid", std::to_string(::getpid()));
   clone.write("port", "none");
-  EXPECT_EQ(other_farm_note(clone.path(), kDefaultServer), "");
+  EXPECT_EQ(other_farm_note(clone.path(), kDefaultServer, "the farm at 127.0.0.1:7350"), "");
 }
 
 }  // namespace

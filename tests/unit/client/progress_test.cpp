@@ -164,7 +164,7 @@ TEST(TimeLeft, AJumpOfTheEstimateIsFollowedSlowly) {
   double shown = 80;
   for (double second = 0.5; second <= 40; second += 0.5) {
     const double now = left.update(160 - second, at(second));
-    EXPECT_LT(std::abs(now - shown), 80 * 0.5 / 10) << second << ": at most its part of the jump";
+    EXPECT_LT(std::abs(now - shown), 80 * 0.5 / 4) << second << ": at most its part of the jump";
     shown = now;
   }
   EXPECT_NEAR(shown, 120, 15);

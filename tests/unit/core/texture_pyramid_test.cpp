@@ -313,6 +313,15 @@ TEST(TextureFootprint, IsScaledByTheTexturesMatrix) {
   }
 }
 
+TEST(TextureFootprint, BeyondAClampedImageItsBorderContinues) {
+  const Texture plain(random_floats(16, 16), {TextureFilter::bilinear, {TextureWrap::clamp, TextureWrap::repeat}});
+  const Texture texture = with_pyramid(plain);
+  for (const float u : {-100.0f, -0.01f, 1.01f, 7.0f}) {
+    EXPECT_EQ(red_at(texture, u, 0.3f, 1), red_at(plain, u, 0.3f, 0)) << u;
+  }
+  EXPECT_NE(red_at(texture, 0.3f, 7.3f, 1), red_at(plain, 0.3f, 7.3f, 0)) << "along v it repeats";
+}
+
 TEST(TextureFootprint, NearestLookupsIgnoreIt) {
   const Texture texture = with_pyramid(Texture(random_floats(16, 16), {TextureFilter::nearest}));
   EXPECT_EQ(red_at(texture, 0.3f, 0.3f, 1), red_at(texture, 0.3f, 0.3f, 0));

@@ -5,6 +5,7 @@
 #include "common/image/picture_layers.h"
 
 #include <cmath>
+#include <limits>
 
 #include "common/base/file.h"
 #include "common/image/color.h"
@@ -269,6 +270,9 @@ TEST(ErrorMetrics, HitClosedForms) {
   EXPECT_NEAR(error->rel_mse, (0.25 / 1.01 + 0.01 / 0.01 + 0) / 3, 1e-6);
   EXPECT_NEAR(error->smape, (0.5 / 2.5 + 1.0 + 0) / 3, 1e-6);
   EXPECT_NEAR(error->energy_ratio, 2.1 / 1.5, 1e-6);
+  EXPECT_NEAR(error->energy_ratio_rgb[0], 1.5, 1e-6);
+  EXPECT_EQ(error->energy_ratio_rgb[1], std::numeric_limits<double>::infinity());
+  EXPECT_EQ(error->energy_ratio_rgb[2], 1);
   EXPECT_NEAR(error->max_abs, 0.5, 1e-6);
 }
 

@@ -265,7 +265,8 @@ TEST(GltfScene, SheenIsThatOfTheExtension) {
   const Mapped black = mapped(extension(R"("sheenRoughnessFactor":0.3,"sheenColorTexture":{"index":0})"));
   EXPECT_EQ(std::get<PrincipledMaterial>(black.material.kind).sheen_color, TexturedColor{});
   EXPECT_TRUE(black.mesh.texture_coordinates.empty());
-  const Mapped rough = mapped(extension(R"("sheenColorFactor":[1,1,1],"sheenRoughnessTexture":{"index":0})"));
+  const Mapped rough =
+      mapped(extension(R"("sheenColorFactor":[1,1,1],"sheenRoughnessFactor":0.5,"sheenRoughnessTexture":{"index":0})"));
   EXPECT_EQ(std::get<PrincipledMaterial>(rough.material.kind).sheen_roughness_map,
             (ScalarMap{0, ScalarMap::Channel::alpha}));
   EXPECT_EQ(rough.texture.color_space, TextureImage::ColorSpace::linear);
@@ -283,7 +284,7 @@ TEST(GltfScene, TexturesOfExtensionsAreMaps) {
         mapped(R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{)" + extensions + "}").material.kind);
   };
   const PrincipledMaterial coat = kind_of(
-      R"("KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatTexture":{"index":0},"clearcoatRoughnessTexture":{"index":0}})");
+      R"("KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatRoughnessFactor":1,"clearcoatTexture":{"index":0},"clearcoatRoughnessTexture":{"index":0}})");
   EXPECT_EQ(coat.coat_map, (ScalarMap{0, r}));
   EXPECT_EQ(coat.coat_roughness_map, (ScalarMap{0, g}));
   EXPECT_EQ(kind_of(R"("KHR_materials_clearcoat":{"clearcoatTexture":{"index":0}})").coat_map, ScalarMap{})

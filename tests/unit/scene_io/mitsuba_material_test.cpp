@@ -1,6 +1,6 @@
 // Materials, textures and media of Mitsuba scenes.
 #include "common/materials/metals.h"
-#include "common/scene_io/mitsuba/mitsuba_plastic.h"
+#include "common/scene_io/rough_coat.h"
 #include "tests/unit/scene_io/mitsuba_fixture.h"
 
 #include <cmath>
@@ -124,12 +124,13 @@ TEST(MitsubaMaterials, RoughCoatsPassAsMuchLightAsInASimulation) {
   };
   for (const Case& known : {Case{0.01, 0.9088, 0.0909, 0.5962}, Case{0.1, 0.9130, 0.0780, 0.5620},
                             Case{0.4, 0.8910, 0.0455, 0.3548}, Case{1, 0.7280, 0.0186, 0.1190}}) {
-    const RoughCoat coat = rough_coat(1.5, known.alpha, false);
+    const RoughCoat coat = rough_coat(1.5, known.alpha, CoatFacets::ggx);
     EXPECT_NEAR(coat.enters, known.enters, 0.004) << known.alpha;
     EXPECT_NEAR(coat.reflects, known.reflects, 0.004) << known.alpha;
     EXPECT_NEAR(coat.reflects_inside, known.reflects_inside, 0.004) << known.alpha;
   }
-  const RoughCoat ggx = rough_coat(1.5, 0.001, false), beckmann = rough_coat(1.5, 0.001, true);
+  const RoughCoat ggx = rough_coat(1.5, 0.001, CoatFacets::ggx),
+                  beckmann = rough_coat(1.5, 0.001, CoatFacets::beckmann);
   EXPECT_NEAR(beckmann.enters, ggx.enters, 0.001);
   EXPECT_NEAR(beckmann.reflects_inside, ggx.reflects_inside, 0.002);
 }

@@ -69,15 +69,41 @@ TEST(PbrtMaterials, ConductorsHaveANameIndicesOrAReflectance) {
 
 // The albedo of a diffuse base under a smooth coat: (1 − F)ρ(1 − f)/(1 − ρf), and f = 1 − (1 − F)/η². For η = 1.5 the mean
 // outer reflectance F is 0.0918 (Jensen et al. 2001), so f = 0.5963.
+TEST(PbrtMaterials, MeasuredMetalsHaveTheColourOfTheirReflectance) {
+  const auto metal = [](const std::string& eta, const std::string& k) {
+    return std::get<ConductorMaterial>(
+        pbrt_material(fmt::format("Material \"conductor\" \"spectrum eta\" [{}] \"spectrum k\" [{}]", eta, k)).kind);
+  };
+  const ConductorMaterial grey = metal("300 1.5 900 1.5", "300 3 900 3");
+  EXPECT_NEAR(grey.eta.g, 1.5, 1e-6);
+  EXPECT_NEAR(grey.k.g, 3, 1e-2);
+  EXPECT_NEAR(grey.k.b, 3, 1e-2);
+  // Its indices at 450 nm alone would make this metal dark blue.
+  const ConductorMaterial step = metal("300 1 900 1", "300 1 455 1 456 4 900 4");
+  EXPECT_GT(step.k.b, 1.5);
+  EXPECT_LT(step.k.b, step.k.r);
+}
+
 TEST(PbrtMaterials, CoatedDiffuseHasTheAlbedoOfItsLayers) {
-  const auto albedo = [](const char* reflectance) {
-    const Material coated =
-        pbrt_material(fmt::format("Material \"coateddiffuse\" \"rgb reflectance\" [{0} {0} {0}]", reflectance));
+  const auto albedo = [](double reflectance, int depth, double thickness, double rough = 0) {
+    const Material coated = pbrt_material(
+        fmt::format("Material \"coateddiffuse\" \"rgb reflectance\" [{0} {0} {0}] \"integer maxdepth\" {1} "
+                    "\"float thickness\" {2} \"float roughness\" {3}",
+                    reflectance, depth, thickness, rough));
     return std::get<PrincipledMaterial>(coated.kind).base_color.rgb.r;
   };
-  EXPECT_NEAR(albedo("1"), 1, 1e-6);
-  EXPECT_NEAR(albedo("0.5"), 0.5 * (1 - 0.5963) / (1 - 0.5 * 0.5963), 1e-3);
-  EXPECT_NEAR(albedo("0"), 0, 1e-6);
+  constexpr double kInside = 0.5963;  // the mean reflectance of a smooth surface from inside
+  EXPECT_NEAR(albedo(1, 1000, 0), 1, 1e-3);
+  EXPECT_NEAR(albedo(0.5, 1000, 0), 0.5 * (1 - kInside) / (1 - 0.5 * kInside), 1e-3);
+  EXPECT_NEAR(albedo(0, 1000, 0), 0, 1e-6);
+  // Few steps: light leaves the surface below the coat once, or twice.
+  EXPECT_NEAR(albedo(1, 1, 0), 1 - kInside, 1e-3);
+  EXPECT_NEAR(albedo(1, 2, 0), 1 - kInside, 1e-3);
+  EXPECT_NEAR(albedo(1, 3, 0), (1 - kInside) * (1 + kInside), 2e-3);
+  // Light crosses the coat twice, at a cosine from 0.745 to 1.
+  EXPECT_GT(albedo(1, 1, 0.1), (1 - kInside) * std::exp(-0.2 / 0.745));
+  EXPECT_LT(albedo(1, 1, 0.1), (1 - kInside) * std::exp(-0.2));
+  EXPECT_LT(albedo(1, 1000, 0, 0.5), 0.9);  // light that meets several facets is lost
 }
 
 TEST(PbrtMaterials, CoatedConductorIsCoatedMetal) {
@@ -220,6 +246,21 @@ Texture "t" "spectrum" "scale" "texture tex" "a" "texture scale" "b")")
 Texture "t" "spectrum" "scale" "texture tex" "i" "float scale" 0.25)");
   EXPECT_EQ(scaled.texture, 0u);
   EXPECT_EQ(scaled.rgb, (RgbColor{0.25f, 0.25f, 0.25f}));
+}
+
+TEST(PbrtTextures, ImagesOfEightBitsAreEncodedAlsoAsNumbers) {
+  const auto space = [](const char* name, const char* encoding) {
+    const LoadedScene loaded = world(
+        fmt::format(R"(Texture "t" "float" "imagemap" "string filename" "{}" {} Shape "sphere" "texture alpha" "t")",
+                    name, encoding),
+        {{name, "picture"}});
+    return loaded.scene.textures.at(0).color_space;
+  };
+  using enum TextureImage::ColorSpace;
+  EXPECT_EQ(space("a.png", ""), srgb);
+  EXPECT_EQ(space("a.TGA", ""), srgb);
+  EXPECT_EQ(space("a.png", R"("string encoding" "linear")"), linear);
+  EXPECT_EQ(space("a.exr", ""), automatic);
 }
 
 TEST(PbrtTextures, CheckerboardsAreSmallImages) {

@@ -71,6 +71,52 @@ TEST(PbrtShapes, DistortedSpheresAreTriangles) {
   EXPECT_EQ(loaded.notices, std::vector<std::string>{"shapes of the type \"sphere\" are rendered as triangles"});
 }
 
+constexpr const char* kOctahedron =
+    R"("point3 P" [1 0 0 0 1 0 0 0 1 -1 0 0 0 -1 0 0 0 -1]
+"integer indices" [0 1 2 1 3 2 3 4 2 4 0 2 1 0 5 3 1 5 4 3 5 0 4 5])";
+
+TEST(PbrtShapes, SubdivisionReachesTheLimitSurface) {
+  // Valence 4: a corner has the weight 1 − 4γ and its neighbours, whose sum is 0, γ = 1 / (4 + 3 / (8 · 3/32)) = 1/8.
+  const Mesh corners = object_mesh(world(fmt::format("Shape \"loopsubdiv\" {} \"integer levels\" 0", kOctahedron)));
+  EXPECT_NEAR(corners.positions[0][0], 0.5, 1e-12);
+  const Mesh fine = object_mesh(world(fmt::format("Shape \"loopsubdiv\" {} \"integer levels\" 3", kOctahedron)));
+  EXPECT_EQ(fine.triangles.size(), 8u * 64);
+  for (std::size_t i = 0; i < 6; ++i) {  // points of the limit surface stay, however many levels follow
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(fine.positions[i][axis], corners.positions[i][axis], 1e-12);
+    }
+  }
+  for (std::size_t i = 0; i < 3; ++i) {  // pbrt's normals are on the clockwise side, and decide that of the triangles
+    EXPECT_NEAR(fine.normals[i][i], -1, 1e-6);
+  }
+  EXPECT_LT(area_normal(fine).x, 0);
+}
+
+TEST(PbrtShapes, SubdivisionKeepsBoundariesInTheirPlane) {
+  const Mesh square = object_mesh(world("Shape \"loopsubdiv\" \"integer levels\" 2 " + kSquare));
+  EXPECT_EQ(square.triangles.size(), 32u);
+  // A corner has the weight 3/5, and both neighbours along the boundary 1/5. Before, two levels have moved the corner to
+  // -11/16 and its neighbours to -3/8 and -7/8.
+  const Mesh corner = object_mesh(world("Shape \"loopsubdiv\" \"integer levels\" 0 " + kSquare));
+  EXPECT_NEAR(corner.positions[0][0], -0.6, 1e-12);
+  EXPECT_NEAR(square.positions[0][0], -0.6625, 1e-12);
+  for (std::size_t i = 0; i < square.positions.size(); ++i) {
+    EXPECT_EQ(square.positions[i][2], 0);
+    EXPECT_NEAR(square.normals[i][2], -1, 1e-6) << i;
+  }
+}
+
+TEST(PbrtShapes, SubdivisionNeedsASurface) {
+  const auto error = [](const std::string& rest) {
+    return pbrt_error("Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0 0 0 1] " + rest);
+  };
+  EXPECT_EQ(error("\"integer indices\" [0 1 2 0 1 3]"),
+            "a.pbrt:3: loopsubdiv: the edge from vertex 0 to 1 belongs to two triangles of the same side");
+  EXPECT_EQ(error("\"integer indices\" [0 1 1]"), "a.pbrt:3: loopsubdiv: a triangle has vertex 1 twice");
+  EXPECT_EQ(error("\"integer indices\" [0 1 2 0 2 3] \"integer levels\" 12"),
+            "a.pbrt:3: curved shapes make more than 200000000 triangles, or 20000000 different ones");
+}
+
 TEST(PbrtShapes, MistakesNameTheirLine) {
   EXPECT_EQ(pbrt_error("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]\n\"integer indices\" [0 1 3]"),
             "a.pbrt:4: Shape trianglemesh: integer indices: there is no vertex 3, there are 3");

@@ -1,5 +1,8 @@
 // Directives, transforms, cameras and lights of pbrt scenes.
+#include "common/scene_io/gzip.h"
 #include "tests/unit/scene_io/pbrt_fixture.h"
+
+#include <zlib.h>
 
 #include <cmath>
 #include <numbers>
@@ -237,6 +240,43 @@ TEST(PbrtFile, IncludedFilesShareTheStateAndImportedOnesDoNot) {
             "b.pbrt:3: shapes of the type \"cube\" cannot be rendered");
   EXPECT_EQ(pbrt_error("Include \"b.pbrt\"", {{"b.pbrt", "Include \"b.pbrt\""}}),
             "b.pbrt:1: at most 10000 files can be included, 50 deep");
+}
+
+/// A gzip file with one member.
+std::string zipped(const std::string& plain) {
+  z_stream stream{};
+  EXPECT_EQ(deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY), Z_OK);
+  std::string out(deflateBound(&stream, plain.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(plain.data()));
+  stream.avail_in = static_cast<uInt>(plain.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
+  return out;
+}
+
+TEST(PbrtFile, CompressedFilesAreUnpacked) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n";
+  const LoadedScene loaded =
+      world("Include \"b.pbrt.gz\"",
+            {{"b.pbrt.gz", zipped("Shape \"plymesh\" \"string filename\" \"m.ply.gz\"")}, {"m.ply.gz", zipped(ply)}});
+  EXPECT_EQ(object_mesh(loaded).triangles.size(), 1u);
+  EXPECT_EQ(pbrt_error("Include \"b.pbrt.gz\"", {{"b.pbrt.gz", "Shape"}}), "a.pbrt:3: b.pbrt.gz: cannot be unpacked");
+}
+
+TEST(Gzip, FilesHaveMembersUpToALimit) {
+  const std::string large(3'000'000, 'a'), both = zipped(large) + zipped("b");
+  const Result<std::string> got = gunzip(both, "f.gz", 3'000'001);
+  ASSERT_TRUE(got.ok());
+  EXPECT_TRUE(*got == large + "b");
+  EXPECT_EQ(message_of(gunzip(both, "f.gz", 3'000'000).status()), "f.gz: unpacks to more than 2.86 MiB");
+  for (const std::string& broken : {std::string(), both.substr(0, both.size() - 1), both + "b"}) {
+    EXPECT_EQ(message_of(gunzip(broken, "f.gz", 4'000'000).status()), "f.gz: cannot be unpacked");
+  }
 }
 
 TEST(PbrtFile, ManyReadsOfAFileAreBounded) {

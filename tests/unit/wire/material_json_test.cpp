@@ -325,7 +325,7 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
     return message.substr(message.find("materials[0]"));
   };
   const Result<SceneFile> layers = with_texture(
-      R"("principled": {"specular_map": {"texture": "t", "channel": "R"}, "transmission_map": {"texture": "t", "channel": "G"},
+      R"("principled": {"specular_map": {"texture": "t", "channel": "R"}, "transmission": 0.5, "coat": 1, "transmission_map": {"texture": "t", "channel": "G"},
       "coat_map": {"texture": "t", "channel": "B"}, "coat_roughness_map": {"texture": "t", "channel": "A"},
       "sheen_roughness_map": {"texture": "t"}})");
   ASSERT_TRUE(layers.ok()) << layers.status();
@@ -337,6 +337,8 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
   EXPECT_EQ(kind.coat_map, (ScalarMap{0, ScalarMap::Channel::b}));
   EXPECT_EQ(kind.coat_roughness_map, (ScalarMap{0, ScalarMap::Channel::alpha}));
   EXPECT_EQ(kind.sheen_roughness_map, (ScalarMap{0, ScalarMap::Channel::luminance}));
+  EXPECT_EQ(refusal(R"("principled": {"coat_map": {"texture": "t"}})"),
+            "materials[0].principled.coat_map: multiplies coat, which must be above 0");
   EXPECT_EQ(refusal(R"("principled": {"coat_map": {"texture": "u"}})"),
             "materials[0].principled.coat_map.texture: unknown texture \"u\": textures must define it");
   EXPECT_EQ(refusal(R"("principled": {}, "roughness_map": {"texture": "u"})"),
