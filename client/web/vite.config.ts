@@ -33,4 +33,5 @@ export default defineConfig({
     modulePreload: {polyfill: false},
   },
   plugins: [compressed()],
+  server: {fs: {allow: ['../..']}},  // tests read scenes and texts of the readers
 });

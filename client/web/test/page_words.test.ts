@@ -1,5 +1,3 @@
-import {readdirSync, readFileSync} from 'node:fs';
-import {join} from 'node:path';
 import {expect, test} from 'vitest';
 import {inPageWords} from '../src/model/page_words';
 
@@ -20,22 +18,22 @@ test('other texts stay as they are', () => {
 });
 
 /** String literals of notices, joined as C++ joins them. */
-function textsIn(folder: string): string[] {
+function textsIn(sources: Record<string, string>): string[] {
   const texts: string[] = [];
-  for (const name of readdirSync(folder, {recursive: true, encoding: 'utf8'})) {
-    if (name.endsWith('.cpp')) {
-      const source = readFileSync(join(folder, name), 'utf8').replace(/^\s*\/\/.*$/gm, '');
-      for (const [literal] of source.matchAll(/"(?:[^"\\\n]|\\.)*"(?:\s*"(?:[^"\\\n]|\\.)*")*/g)) {
-        texts.push(literal.replace(/"\s*"/g, '').slice(1, -1));
-      }
+  for (const source of Object.values(sources)) {
+    const code = source.replace(/^\s*\/\/.*$/gm, '');
+    for (const [literal] of code.matchAll(/"(?:[^"\\\n]|\\.)*"(?:\s*"(?:[^"\\\n]|\\.)*")*/g)) {
+      texts.push(literal.replace(/"\s*"/g, '').slice(1, -1));
     }
   }
   return texts;
 }
 
+const readers = import.meta.glob<string>('../../../common/scene_io/**/*.cpp', {query: '?raw', import: 'default', eager: true});
+
 test("each option in a reader's notice has words of the page", () => {
   // A text that begins with an option is an error about it, and only the command line has these options.
-  const named = textsIn(join(__dirname, '../../../common/scene_io')).filter((text) => / [(`]?--[a-z]/.test(text) && !text.startsWith('--') && !text.includes('leave out --at'));
+  const named = textsIn(readers).filter((text) => / [(`]?--[a-z]/.test(text) && !text.startsWith('--') && !text.includes('leave out --at'));
   expect(named.length).toBeGreaterThan(5);
   for (const text of named) {
     expect(inPageWords(text.replaceAll('{}', '1'))).not.toMatch(/--[a-z]/);

@@ -290,7 +290,9 @@ TEST_F(PreparerTest, TheMemoryOfAScenesFilesAndLightsIsEstimated) {
   const std::uint64_t empty = bytes_of(scene);
   scene.textures.push_back({"padded", "padded.tif", of_padded});
   scene.textures.push_back({"small", "small.tif", of_small});
-  EXPECT_EQ(bytes_of(scene), empty + 2 * padded.size() + 2 * 16 * 16 * 8);
+  // Each image in its format and decoded, its smaller copies, and two of them in single precision.
+  constexpr std::uint64_t kImage = 16 * 16 * 8 + (64 + 16 + 4 + 1) * 4 + (64 + 16) * 16;
+  EXPECT_EQ(bytes_of(scene), empty + 2 * padded.size() + 2 * kImage);
   EXPECT_EQ(estimate_memory(scene, assets, tiny)->largest, "the file of the texture \"padded.tif\"");
   Scene lit;
   for (int i = 0; i < 10'000; ++i) {
