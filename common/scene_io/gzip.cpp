@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/base/text.h"
+#include "common/base/number_text.h"
 
 namespace lightmill {
 namespace {
