@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/base/number_text.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 namespace {
