@@ -1,6 +1,7 @@
 // The least and the largest factor by which linear maps scale lengths: their singular values.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 

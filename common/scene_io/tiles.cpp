@@ -1,6 +1,5 @@
 #include "common/scene_io/tiles.h"
 
-#include <algorithm>
 #include <charconv>
 
 #include "common/base/check.h"
@@ -57,10 +56,7 @@ Status add_tiles(const SceneFiles& files, const std::filesystem::path& path, std
     if (first) {
       loaded.scene.textures[texture] = tile;
     } else {
-      tile.name = fmt::format("{} {}", whole.name, number);
-      while (std::ranges::count(loaded.scene.textures, tile.name, &TextureImage::name) > 0) {
-        tile.name += "'";
-      }
+      tile.name = fmt::format("{} <{}>", whole.name, number);
       tile.tile_of = texture;
       loaded.scene.textures.push_back(tile);
     }

@@ -23,7 +23,7 @@ inline constexpr double kMinAnisotropicAlpha = 1e-4;  ///< GGX's alpha across th
 inline constexpr double kMaxRotationDegrees = 1e4;    ///< of texture coordinates
 
 inline constexpr std::uint32_t kNoTexture = 0xffffffff;
-inline constexpr int kFirstTile = 1001, kTilesInRow = 10, kLastTile = 2000;
+inline constexpr int kFirstTile = 1001, kLastTile = 2000;  // UDIM numbers
 
 /// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
