@@ -17,6 +17,11 @@ constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};
 constexpr const char* kDenoisedPrefix = "Denoised.";
 constexpr const char* kLayersAttribute = "lightmill.layers";  ///< names, separated by spaces
 
+/// Attributes that OpenEXR writes by itself.
+bool is_of_openexr(std::string_view name) {
+  return name == "pixelAspectRatio" || name == "screenWindowWidth";
+}
+
 std::uint64_t parse_count(const std::string& text) {
   std::uint64_t value = 0;
   std::from_chars(text.data(), text.data() + text.size(), value);
@@ -215,7 +220,7 @@ std::string file_checksum(const Image& image) {
     std::visit([&](const auto& values) { append(std::as_bytes(std::span(values))); }, channel->values);
   }
   for (const auto& [name, attribute] : image.attributes) {
-    if (name == kFileChecksum || name == "pixelAspectRatio" || name == "screenWindowWidth") {
+    if (name == kFileChecksum || is_of_openexr(name)) {
       continue;
     }
     append(as_byte_view(name));
@@ -365,6 +370,11 @@ Result<FilmPicture> from_image(const Image& image) {
   LM_RETURN_IF_ERROR(take_counts(image, "A.samples", picture.samples_a));
   LM_RETURN_IF_ERROR(take_counts(image, "B.samples", picture.samples_b));
   picture.receipt = read_receipt(image);
+  for (const auto& [name, attribute] : image.attributes) {
+    if (!name.starts_with("lightmill.") && !is_of_openexr(name)) {
+      picture.attributes[name] = attribute;
+    }
+  }
   for (const std::string& name : split_words(image.text(kLayersAttribute))) {
     LM_RETURN_IF_ERROR(take_layer(image, name, picture));
   }

@@ -43,7 +43,7 @@ constexpr double kFewPhotons = 1e-8;
 /// `ppm`: photons start at sampled lights. Photons of distant light cover only bounded shapes.
 Verdict admit_ppm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
-    return {"ppm", false, "it does not support scattering media"};
+    return {"ppm", false, "it does not follow light in scattering media"};
   }
   if (!facts.unsampled_emitters.empty()) {
     return {"ppm", false,
@@ -87,7 +87,7 @@ std::string infinite_reason(const SceneFacts& facts, const NamedItems& planes) {
 
 Verdict admit_vcm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
-    return {"vcm", false, "it does not support scattering media"};
+    return {"vcm", false, "it does not follow light in scattering media"};
   }
   for (std::string reason : {hidden_reason(facts), infinite_reason(facts, facts.infinite_casters),
                              infinite_reason(facts, facts.infinite_layers)}) {
@@ -122,7 +122,7 @@ Verdict without_layers(std::string_view method, const SceneFacts& facts) {
 
 Verdict admit_caustic(const SceneFacts& facts) {
   if (!photons_render(facts)) {
-    return {"caustic", false, "it does not support scattering media"};
+    return {"caustic", false, "it does not follow light in scattering media"};
   }
   if (UnseenCaustics(facts).by_layers) {
     return without_layers("caustic", facts);

@@ -73,7 +73,7 @@ Result<ExitCode> convert(const Console& console, const ConvertOptions& options) 
 
 void add_convert_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<ConvertOptions>();
-  CLI::App* command = app.add_subcommand("convert", "Make PNG files of an EXR file.");
+  CLI::App* command = app.add_subcommand("convert", "Make PNG files of an EXR file, or denoise it.");
   command->footer(kConvertMore);
   command->add_option("FILE", options->input, "the EXR file")->type_name("FILE")->required();
   add_picture_options(*command, options->picture);

@@ -55,12 +55,31 @@ Result<JobState> parse_state(std::string_view text) {
   return invalid_argument("{}", unknown_text("state", text, names));
 }
 
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
 struct ListOptions {
   std::vector<std::string> states;
   std::string owner, name;
   std::size_t limit = 20;
   bool all = false;
 };
+
+/// The newest jobs, and all older ones that are running if no states are asked for.
+Result<ListedJobs> newest_and_running(CoordinatorClient& connection, v1::ListJobsRequest request, std::size_t limit) {
+  LM_ASSIGN_OR_RETURN(ListedJobs listed, connection.list_jobs(request, limit));
+  if (request.states_size() > 0 || listed.items.empty() || listed.items.size() >= listed.total) {
+    return listed;
+  }
+  request.add_states(to_wire(JobState::running));
+  LM_ASSIGN_OR_RETURN(ListedJobs running, connection.list_jobs(std::move(request), kNoLimit));
+  const std::uint64_t oldest = listed.items.back().id();
+  for (v1::Job& job : running.items) {
+    if (job.id() < oldest) {
+      listed.items.push_back(std::move(job));
+    }
+  }
+  return listed;
+}
 
 Status list_jobs(CoordinatorClient& connection, const Console& console, const ListOptions& options) {
   v1::ListJobsRequest request;
@@ -70,8 +89,8 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   }
   request.set_owner(options.owner);
   request.set_name(options.name);
-  const std::size_t limit = options.all ? std::numeric_limits<std::size_t>::max() : options.limit;
-  LM_ASSIGN_OR_RETURN(const ListedJobs listed, connection.list_jobs(std::move(request), limit));
+  LM_ASSIGN_OR_RETURN(const ListedJobs listed,
+                      newest_and_running(connection, std::move(request), options.all ? kNoLimit : options.limit));
   const std::vector<v1::Job>& jobs = listed.items;
   json objects = json::array();
   const std::int64_t now_ms = system_clock().unix_milliseconds();
@@ -187,10 +206,11 @@ void add_job_commands(CLI::App& app, Context& context) {
       ->check(readable(parse_state));
   jobs->add_option("--owner", list->owner, "only jobs of this owner")->type_name("NAME");
   jobs->add_option("--name", list->name, "only jobs whose name contains this")->type_name("TEXT");
-  CLI::Option* const limit = jobs->add_option("--limit", list->limit, "maximum number of jobs")
-                                 ->type_name("N")
-                                 ->check(whole_number(1, 100'000))
-                                 ->capture_default_str();
+  CLI::Option* const limit =
+      jobs->add_option("--limit", list->limit, "list the N newest jobs, and older ones that are running")
+          ->type_name("N")
+          ->check(whole_number(1, 100'000))
+          ->capture_default_str();
   jobs->add_flag("--all", list->all, "list all jobs")->excludes(limit);
   add_common_options(*jobs, context);
   ask_farm(*jobs, context, [list](CoordinatorClient& connection, const Console& console) {

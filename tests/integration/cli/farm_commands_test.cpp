@@ -348,6 +348,22 @@ TEST_F(FarmCliTest, JobsAreListedByStateOwnerAndName) {
   on_farm({"jobs", "--all", "--limit", "3"}, 2);
 }
 
+TEST_F(FarmCliTest, TheListHasAllRunningJobs) {
+  start_worker("w1");
+  const std::string box = scene("cornell-bench-blocks.json");
+  const std::string running = submit({box, "--spp", "1000000"});
+  ASSERT_TRUE(eventually([&] { return on_farm({"jobs"})["jobs"][0].value("state", "") == "running"; }));
+  const std::string hidden = submit({box}), newest = submit({box});
+  for (const std::string& id : {hidden, newest}) {
+    on_farm({"pause", id});
+  }
+  const nlohmann::json listed = on_farm({"jobs", "--limit", "1"});
+  ASSERT_EQ(listed["jobs"].size(), 2u) << listed;
+  EXPECT_EQ(std::to_string(listed["jobs"][0].value("id", 0)), newest);
+  EXPECT_EQ(std::to_string(listed["jobs"][1].value("id", 0)), running);
+  EXPECT_EQ(on_farm({"jobs", "--limit", "1", "--state", "paused"})["jobs"].size(), 1u);
+}
+
 TEST_F(FarmCliTest, ACancelledJobIsExitCode1ForItsWatcher) {
   const std::string id = submit({scene("cornell-bench-blocks.json")});
   on_farm({"cancel", id});

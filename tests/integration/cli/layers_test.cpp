@@ -104,7 +104,7 @@ std::map<std::string, std::uint32_t> manifest_of(const Image& image, const std::
   return ids;
 }
 
-TEST_F(SharedFarmTest, ConvertMakesThePngThatFetchMakes) {
+TEST_F(SharedFarmTest, ConvertMakesThePictureThatFetchMakes) {
   const nlohmann::json job = on_farm({"render", scene("cornell-bench-blocks.json"), "--size", "24x20", "--spp", "2",
                                       "--layers", "normal", "--denoise", "-o", file("a.exr")});
   std::set<std::string> different;
@@ -112,8 +112,10 @@ TEST_F(SharedFarmTest, ConvertMakesThePngThatFetchMakes) {
                                                {"--exposure", "1", "--view", "filmic", "--gamma", "1.2"},
                                                {"--png-layer", "normal"},
                                                {"--denoise"}}) {
-    on_farm(with({"fetch", std::to_string(job["id"].get<int>()), "-o", file("fetched.png")}, view));
-    json(with({"convert", file("a.exr"), "-o", file("converted.png")}, view));
+    on_farm(with({"fetch", std::to_string(job["id"].get<int>()), "-o", file("fetched.png"), "-o", file("fetched.exr")},
+                 view));
+    json(with({"convert", file("a.exr"), "-o", file("converted.png"), "-o", file("converted.exr")}, view));
+    EXPECT_EQ(read_file(file("converted.exr")).value(), read_file(file("fetched.exr")).value());
     const std::string converted = read_file(file("converted.png")).value();
     EXPECT_EQ(converted, read_file(file("fetched.png")).value()) << fmt::format("{}", fmt::join(view, " "));
     different.insert(converted);
