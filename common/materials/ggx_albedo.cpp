@@ -56,6 +56,25 @@ Albedo8 mean_albedo(F8 alpha) {
   return {interpolate(kMeanNormal, row), interpolate(kMeanGrazing, row)};
 }
 
+F8 gloss_albedo(F8 cos_theta, F8 alpha, F8 eta) {
+  return interpolate(kGloss, place(gloss_index_coordinate(eta), kGlossIndices), place(sqrt(alpha), kRoughnesses),
+                     kRoughnesses, place(sqrt(max(cos_theta, F8(0.0f))), kAngles));
+}
+
+F8 mean_gloss_albedo(F8 alpha, F8 eta) {
+  return interpolate(kMeanGloss, place(gloss_index_coordinate(eta), kGlossIndices), place(sqrt(alpha), kRoughnesses),
+                     kRoughnesses);
+}
+
+F8 coat_albedo(F8 cos_theta, F8 alpha) {
+  return interpolate(kGloss + kCoatIndex * kRoughnesses * kAngles, place(sqrt(alpha), kRoughnesses),
+                     place(sqrt(max(cos_theta, F8(0.0f))), kAngles), kAngles);
+}
+
+F8 mean_coat_albedo(F8 alpha) {
+  return interpolate(kMeanGloss + kCoatIndex * kRoughnesses, place(sqrt(alpha), kRoughnesses));
+}
+
 F8 balance(F8 cos_theta, F8 alpha) {
   return interpolate(kMetal, place(sqrt(alpha), kRoughnesses), place(direction_coordinate(cos_theta), kAngles),
                      kAngles);
@@ -66,15 +85,22 @@ F8 balance(F8 cos_theta, F8 alpha, F8 eta) {
                      place(direction_coordinate(cos_theta), kAngles));
 }
 
-Albedo8 albedo(const V8& w, F8 alpha, F8 anisotropy) {
-  const AnisotropicPlace8 at = place(w, alpha, anisotropy);
-  return {interpolate(kAnisotropicNormal, at), interpolate(kAnisotropicGrazing, at)};
+F8 white_albedo(const V8& w, F8 alpha, F8 anisotropy) {
+  return interpolate(kAnisotropicWhite, place(w, alpha, anisotropy));
 }
 
-Albedo8 mean_albedo(F8 alpha, F8 anisotropy) {
-  const Place8 row = place(sqrt(alpha), kRoughnesses), column = place(anisotropy, kAnisotropies);
-  return {interpolate(kAnisotropicMeanNormal, row, column, kAnisotropies),
-          interpolate(kAnisotropicMeanGrazing, row, column, kAnisotropies)};
+F8 mean_white_albedo(F8 alpha, F8 anisotropy) {
+  return interpolate(kAnisotropicMeanWhite, place(sqrt(alpha), kRoughnesses), place(anisotropy, kAnisotropies),
+                     kAnisotropies);
+}
+
+F8 coat_albedo(const V8& w, F8 alpha, F8 anisotropy) {
+  return interpolate(kAnisotropicCoat, place(w, alpha, anisotropy));
+}
+
+F8 mean_coat_albedo(F8 alpha, F8 anisotropy) {
+  return interpolate(kAnisotropicMeanCoat, place(sqrt(alpha), kRoughnesses), place(anisotropy, kAnisotropies),
+                     kAnisotropies);
 }
 
 F8 balance(const V8& w, F8 alpha, F8 anisotropy) {

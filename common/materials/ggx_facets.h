@@ -39,13 +39,27 @@ class Facets8 {
     return wide_ ? f(wide_->axes) : f(Alpha8(alpha_));
   }
 
+  /// Of metal. Schlick's terms of anisotropic facets are a fit, but their sum is not.
   Albedo8 albedo(const V8& w) const {
-    const Albedo8 all = ggx::albedo(w.z, alpha_);
-    return wide_ ? wide_->chosen(ggx::albedo(w, alpha_, wide_->anisotropy), all) : all;
+    const Albedo8 all = ggx::albedo(w.z, mean_alpha());
+    return wide_ ? wide_->scaled(all, ggx::white_albedo(w, alpha_, wide_->anisotropy)) : all;
   }
   Albedo8 mean_albedo() const {
-    const Albedo8 all = ggx::mean_albedo(alpha_);
-    return wide_ ? wide_->chosen(ggx::mean_albedo(alpha_, wide_->anisotropy), all) : all;
+    const Albedo8 all = ggx::mean_albedo(mean_alpha());
+    return wide_ ? wide_->scaled(all, ggx::mean_white_albedo(alpha_, wide_->anisotropy)) : all;
+  }
+  /// Of a dielectric. That of anisotropic facets is a fit, but for kCoatEta.
+  F8 gloss_albedo(const V8& w, F8 eta) const {
+    const F8 all = ggx::gloss_albedo(w.z, mean_alpha(), eta);
+    return wide_
+               ? wide_->scaled(all, ggx::coat_albedo(w, alpha_, wide_->anisotropy), ggx::coat_albedo(w.z, mean_alpha()))
+               : all;
+  }
+  F8 mean_gloss_albedo(F8 eta) const {
+    const F8 all = ggx::mean_gloss_albedo(mean_alpha(), eta);
+    return wide_ ? wide_->scaled(all, ggx::mean_coat_albedo(alpha_, wide_->anisotropy),
+                                 ggx::mean_coat_albedo(mean_alpha()))
+                 : all;
   }
   F8 balance(const V8& w) const {
     const F8 all = ggx::balance(w.z, alpha_);
@@ -57,9 +71,12 @@ class Facets8 {
     F8 anisotropy;  ///< the strength in [0, 1]; 0 where the facets are isotropic
     Alpha8 axes;
     M8 lanes() const { return anisotropy > F8(0.0f); }
-    Albedo8 chosen(const Albedo8& anisotropic, const Albedo8& isotropic) const {
-      return {select(lanes(), anisotropic.normal, isotropic.normal),
-              select(lanes(), anisotropic.grazing, isotropic.grazing)};
+    Albedo8 scaled(const Albedo8& isotropic, F8 white) const {
+      const F8 by = select(lanes(), white / isotropic.of(F8(1.0f), F8(1.0f)), F8(1.0f));
+      return {isotropic.normal * by, isotropic.grazing * by};
+    }
+    F8 scaled(F8 isotropic, F8 coat, F8 isotropic_coat) const {
+      return select(lanes(), min(isotropic * coat / isotropic_coat, F8(0.9999f)), isotropic);
     }
   };
   F8 alpha_;

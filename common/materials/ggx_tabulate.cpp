@@ -10,6 +10,7 @@
 
 #include "common/materials/dielectric.h"
 #include "common/materials/ggx.h"
+#include "common/materials/ggx_albedo.h"
 #include "common/materials/ggx_layout.h"
 #include "common/materials/tabulate.h"
 
@@ -18,7 +19,7 @@ namespace {
 
 constexpr int kPhi = 32, kHeight = 128;                       ///< quadrature points of visible normals
 constexpr std::uint32_t kLattice = 1600, kLatticeStep = 987;  ///< the same for glass
-constexpr float kLift = 0.002f;
+constexpr float kMost = 0.9999f;                              ///< the largest albedo of gloss
 constexpr float kFullContrast = 0.09f;  ///< (eta − 1)/(eta + 1) from which glass is compensated in full: eta = 1.2
 
 F8 pow5(F8 x) {
@@ -73,6 +74,30 @@ Terms schlick_terms(float cos_theta, float alpha) {
     grazing += weight * w;
   });
   return {sum_of(normal) / (kPhi * kHeight), sum_of(grazing) / (kPhi * kHeight)};
+}
+
+/// The albedo of dielectric facets.
+float gloss(float cos_theta, float alpha, float eta) {
+  const V8 wo = seen_from(cos_theta);
+  if (alpha < kSmoothAlpha) {
+    return first_of(dielectric::fresnel(wo.z, F8(eta)).reflectance);
+  }
+  F8 sum;
+  for_each_visible_normal(wo, alpha, [&](const V8& m) {
+    const F8 cosine = min(max(dot(wo, m), F8(0.0f)), F8(1.0f));
+    sum += reflection_weight(wo, reflect(wo, m), F8(alpha)) * dielectric::fresnel(cosine, F8(eta)).reflectance;
+  });
+  return sum_of(sum) / (kPhi * kHeight);
+}
+
+/// (eta − 1)/(eta + 1) for this `gloss_index_coordinate`. The last node stands for a mirror.
+float contrast_of(float x) {
+  return std::min(kIndexScale * x / (1 + kIndexScale - x), 0.999f);
+}
+
+float gloss_eta(int i) {
+  const float contrast = contrast_of(node(i, kGlossIndices));
+  return (1 + contrast) / (1 - contrast);
 }
 
 /// 2 ∫ E(μ) μ dμ of a row that is linear between nodes of t = √μ: ∫ 4 t³ E(t) dt, in closed form per segment.
@@ -217,9 +242,8 @@ std::vector<double> balanced_glass(const std::vector<float>& cosines, float alph
 
 /// Tables of facets of one roughness and one anisotropy, by angle and azimuth.
 struct Anisotropic {
-  std::vector<float> normal, grazing;  ///< Schlick's terms
+  std::vector<float> white, coat;  ///< albedos of facets that reflect all, and with the index of coats
   std::vector<float> balance;
-  Terms mean;  ///< of the terms over the hemisphere, weighted by the cosine
 };
 
 /// A direction with this cosine and `azimuth_coordinate`.
@@ -256,22 +280,20 @@ Anisotropic anisotropic(const std::vector<float>& cosines, float roughness, floa
   Anisotropic out;
   for (int i = 0; i < kAngles * kAzimuths; ++i) {
     const V8 wo = seen_from(cosines[static_cast<std::size_t>(i / kAzimuths)], node(i % kAzimuths, kAzimuths));
-    F8 normal, grazing;
+    F8 white, coat;
     for_each_lattice_normal(wo, alpha, [&](const V8& m) {
       const V8 wi = reflect(wo, m);
       const F8 weight = reflection_weight(wo, wi, alpha) * F8(1.0f / kLattice);
-      const F8 w = pow5(max(F8(1.0f) - dot(wo, m), F8(0.0f)));
-      normal += weight * (F8(1.0f) - w);
-      grazing += weight * w;
+      white += weight;
+      coat += weight * dielectric::fresnel(min(max(dot(wo, m), F8(0.0f)), F8(1.0f)), F8(kCoatEta)).reflectance;
       all.add(i, {wi.x, wi.y, max(wi.z, F8(0.0f))}, weight);
     });
-    out.grazing.push_back(std::min(sum_of(grazing) + kLift, 1.0f));
-    out.normal.push_back(std::min(sum_of(normal) * (1 + kLift), 1 - out.grazing.back()));
+    out.white.push_back(std::min(sum_of(white), 1.0f));
+    out.coat.push_back(std::min(sum_of(coat), kMost));
   }
   for (const double g : all.balance(std::vector<double>(static_cast<std::size_t>(kAngles * kAzimuths), 1.0))) {
     out.balance.push_back(static_cast<float>(g));
   }
-  out.mean = {mean_of_azimuths(out.normal), mean_of_azimuths(out.grazing)};
   return out;
 }
 
@@ -282,14 +304,29 @@ std::string schlick_tables() {
     for (int i = 0; i < kAngles; ++i) {
       const float root_cos = node(i, kAngles);
       const Terms e = schlick_terms(root_cos * root_cos, root_alpha * root_alpha);
-      grazing.push_back(std::min(e.grazing + kLift, 1.0f));
-      normal.push_back(std::min(e.normal * (1 + kLift), 1 - grazing.back()));
+      grazing.push_back(std::min(e.grazing, 1.0f));
+      normal.push_back(std::min(e.normal, 1 - grazing.back()));
     }
     mean_normal.push_back(mean_of(&normal[normal.size() - kAngles]));
     mean_grazing.push_back(mean_of(&grazing[grazing.size() - kAngles]));
   }
   return array("kNormal", normal) + array("kGrazing", grazing) + array("kMeanNormal", mean_normal) +
          array("kMeanGrazing", mean_grazing);
+}
+
+std::string gloss_tables() {
+  std::vector<float> table, means;
+  for (int index = 0; index < kGlossIndices; ++index) {
+    for (int r = 0; r < kRoughnesses; ++r) {
+      const float root_alpha = node(r, kRoughnesses);
+      for (int i = 0; i < kAngles; ++i) {
+        const float root_cos = node(i, kAngles);
+        table.push_back(std::min(gloss(root_cos * root_cos, root_alpha * root_alpha, gloss_eta(index)), kMost));
+      }
+      means.push_back(mean_of(&table[table.size() - kAngles]));
+    }
+  }
+  return array("kGloss", table) + array("kMeanGloss", means);
 }
 
 std::string metal_table() {
@@ -306,23 +343,22 @@ std::string metal_table() {
 
 std::string anisotropic_tables() {
   const std::vector<float> cosines = node_cosines();
-  std::vector<float> normal, grazing, balance, mean_normal, mean_grazing;
+  std::vector<float> white, coat, balance, mean_white, mean_coat;
   const auto append = [](std::vector<float>& to, const std::vector<float>& values) {
     to.insert(to.end(), values.begin(), values.end());
   };
   for (int r = 0; r < kRoughnesses; ++r) {
     for (int a = 0; a < kAnisotropies; ++a) {
       const Anisotropic of = anisotropic(cosines, node(r, kRoughnesses), node(a, kAnisotropies));
-      append(normal, of.normal);
-      append(grazing, of.grazing);
+      append(white, of.white);
+      append(coat, of.coat);
       append(balance, of.balance);
-      mean_normal.push_back(of.mean.normal);
-      mean_grazing.push_back(of.mean.grazing);
+      mean_white.push_back(mean_of_azimuths(of.white));
+      mean_coat.push_back(mean_of_azimuths(of.coat));
     }
   }
-  return array("kAnisotropicNormal", normal) + array("kAnisotropicGrazing", grazing) +
-         array("kAnisotropicMetal", balance) + array("kAnisotropicMeanNormal", mean_normal) +
-         array("kAnisotropicMeanGrazing", mean_grazing);
+  return array("kAnisotropicWhite", white) + array("kAnisotropicCoat", coat) + array("kAnisotropicMetal", balance) +
+         array("kAnisotropicMeanWhite", mean_white) + array("kAnisotropicMeanCoat", mean_coat);
 }
 
 std::string coat_table() {
@@ -336,8 +372,7 @@ std::string coat_table() {
       const float root_alpha = node(coat, kCoats);
       std::vector<double> left;
       for (const float cosine : cosines) {
-        const Terms e = schlick_terms(cosine, root_alpha * root_alpha);
-        left.push_back(1 - std::min(0.04 * e.normal + e.grazing, 0.9999));
+        left.push_back(1 - std::min(gloss(cosine, root_alpha * root_alpha, kCoatEta), kMost));
       }
       const std::vector<double> both = below.balance(left);
       for (std::size_t i = 0; i < left.size(); ++i) {
@@ -354,9 +389,7 @@ std::string glass_table() {
   constexpr int kSlice = kRoughnesses * kAngles, kMiddle = kIndices / 2;
   std::vector<float> table(static_cast<std::size_t>(kIndices * kSlice), 1.0f);
   for (int index = 0; index <= kMiddle; ++index) {
-    const float x = node(index, kMiddle + 1);
-    // The last one stands for a mirror.
-    const float contrast = std::min(kIndexScale * x / (1 + kIndexScale - x), 0.999f);
+    const float contrast = contrast_of(node(index, kMiddle + 1));
     // Near eta = 1 almost no light is reflected. Balanced factors would be far from 1, so the compensation fades there.
     const double root_part = std::min(contrast / kFullContrast, 1.0f), part = root_part * root_part;
     for (int r = 1; r < kRoughnesses; ++r) {
@@ -381,6 +414,7 @@ std::string glass_table() {
 
 int main() {
   using namespace lightmill::ggx;
-  fmt::print("{}{}{}{}{}", schlick_tables(), metal_table(), coat_table(), glass_table(), anisotropic_tables());
+  fmt::print("{}{}{}{}{}{}", schlick_tables(), gloss_tables(), metal_table(), coat_table(), glass_table(),
+             anisotropic_tables());
   return 0;
 }

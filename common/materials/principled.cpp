@@ -3,18 +3,11 @@
 namespace lightmill {
 namespace {
 
-constexpr float kCoatF0 = 0.04f;  ///< for an index of 1.5
-
 /// Schlick's (1 − cos)⁵.
 F8 schlick_weight(F8 cos_o) {
   const F8 c = min(max(F8(1.0f) - cos_o, F8(0.0f)), F8(1.0f));
   const F8 c2 = c * c;
   return c2 * c2 * c;
-}
-
-/// Slightly below 1 at most, because 1 − albedo is a divisor.
-F8 coat_albedo(const ggx::Albedo8& of) {
-  return min(of.of(F8(kCoatF0), F8(1.0f)), F8(0.9999f));
 }
 
 F8 average(const V8& color) {
@@ -24,6 +17,11 @@ F8 average(const V8& color) {
 /// Schlick's reflectance for this weight.
 V8 schlick(const V8& f0, F8 weight) {
   return f0 + (broadcast(Vec3(1)) - f0) * weight;
+}
+
+/// Reflectance of a facet of a dielectric.
+F8 fresnel(F8 cos_o, F8 eta) {
+  return dielectric::fresnel(min(max(cos_o, F8(0.0f)), F8(1.0f)), eta).reflectance;
 }
 
 /// alpha of a roughness; 0 below the limit of smoothness.
@@ -79,33 +77,28 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
       has_glass_((glass_ > F8(0.0f)).any()),
       has_coat_((p.coat > F8(0.0f)).any()),
       has_burley_(p.burley.any()) {
-  const F8 root = (p.ior - F8(1.0f)) / (p.ior + F8(1.0f));
-  f0_ = min(root * root * F8(2.0f) * p.specular, F8(1.0f));
-  f90_ = min(min(F8(2.0f) * p.specular, F8(50.0f) * f0_), F8(1.0f));  // no gloss for an index of 1
+  const F8 specular = F8(2.0f) * p.specular;
+  const F8 root = abs(p.ior - F8(1.0f)) / (p.ior + F8(1.0f)) * sqrt(max(specular, F8(1.0f)));
+  gloss_eta_ = F8(2.0f) / (F8(1.0f) - min(root, F8(0.999f))) - F8(1.0f);
+  gloss_ = min(specular, F8(1.0f));
   // Opaque surfaces have a coat on both sides, glass only on the outside.
   M8 bare = and_not(glass_ > F8(0.0f), front);
-  const F8 outer_f0 = f0_, outer_f90 = f90_;
+  const F8 outer_gloss = gloss_;
   M8 in_medium;
   const bool has_sheet = p.sheet && ((max_component(p.sheet->transmittance) > F8(0.0f)) | p.sheet->closed).any();
   if (has_sheet) {
     in_medium = and_not(p.sheet->closed, front);
     bare = bare | in_medium;
-    f0_ = masked(~in_medium, f0_);
-    f90_ = masked(~in_medium, f90_);
+    gloss_ = masked(~in_medium, gloss_);
   }
   coat_ = masked(~bare, p.coat);
   coat_beyond_ = masked(bare, p.coat);
 
-  terms_ = facets_.albedo(wo);
-  metal_albedo_ = base_ * terms_.normal + V8{terms_.grazing, terms_.grazing, terms_.grazing};
-  if ((compensated_ & (metal_ > F8(0.0f))).any()) {
-    const V8 mean = schlick(base_, F8(1.0f / 21));  // the mean of (1 − cos)⁵
-    metal_kept_ = masked(compensated_, ggx::kept_by_bounces(mean, facets_.mean_albedo()));
-    metal_albedo_ = metal_albedo_ + mean * metal_kept_ * (F8(1.0f) - terms_.of(F8(1.0f), F8(1.0f)));
+  if ((metal_ > F8(0.0f)).any()) {
+    set_metal(wo);
   }
-  gloss_albedo_ = terms_.of(f0_, f90_);
-  // Slightly below 1 at most, because 1 − albedo is a divisor.
-  gloss_albedo_mean_ = min(facets_.mean_albedo().of(f0_, f90_), F8(0.9999f));
+  gloss_albedo_ = gloss_ * facets_.gloss_albedo(wo, gloss_eta_);
+  gloss_albedo_mean_ = gloss_ * facets_.mean_gloss_albedo(gloss_eta_);
   diffuse_albedo_ = F8(1.0f) - gloss_albedo_;
   if (has_burley_) {
     burley_ = and_not(p.burley, in_medium);
@@ -116,8 +109,8 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
     diffuse_albedo_ = select(burley_, burley_albedo(wo.z, p.roughness), diffuse_albedo_);
   }
   if (has_coat_) {
-    coat_albedo_ = coat_ * coat_albedo(ggx::albedo(wo.z, coat_alpha_));
-    coat_mean_ = coat_ * coat_albedo(ggx::mean_albedo(coat_alpha_));
+    coat_albedo_ = coat_ * ggx::coat_albedo(wo.z, coat_alpha_);
+    coat_mean_ = coat_ * ggx::mean_coat_albedo(coat_alpha_);
   }
   if (p.sheen && (max_component(p.sheen->color) > F8(0.0f)).any()) {
     const V8 color = masked(~bare, p.sheen->color);
@@ -125,18 +118,28 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   }
   if (has_sheet) {
     const F8 outer_sheen = sheen_ ? max_component(p.sheen->color) : F8(0.0f);
-    sheet_ = {p.sheet->transmittance, p.sheet->closed, in_medium, p.burley, outer_f0, outer_f90, p.coat, outer_sheen};
+    sheet_ = {p.sheet->transmittance, p.sheet->closed, in_medium, p.burley, outer_gloss, p.coat, outer_sheen};
     set_sheet(wo);
   }
   set_probabilities(wo);
 }
 
+void Principled8::set_metal(const V8& wo) {
+  const ggx::Albedo8 terms = facets_.albedo(wo);
+  metal_albedo_ = base_ * terms.normal + V8{terms.grazing, terms.grazing, terms.grazing};
+  if (compensated_.any()) {
+    const V8 mean = schlick(base_, F8(1.0f / 21));  // the mean of (1 − cos)⁵
+    metal_kept_ = masked(compensated_, ggx::kept_by_bounces(mean, facets_.mean_albedo()));
+    metal_albedo_ = metal_albedo_ + mean * metal_kept_ * (F8(1.0f) - terms.of(F8(1.0f), F8(1.0f)));
+  }
+}
+
 void Principled8::set_sheet(const V8& wo) {
   Sheet8& sheet = *sheet_;
-  const F8 gloss = min(facets_.mean_albedo().of(sheet.f0, sheet.f90), F8(0.9999f));
+  const F8 gloss = sheet.gloss * facets_.mean_gloss_albedo(gloss_eta_);
   F8 mean = F8(1.0f) - masked(~sheet.burley, gloss);
   if (has_coat_) {
-    mean *= F8(1.0f) - sheet.coat * coat_albedo(ggx::mean_albedo(coat_alpha_));
+    mean *= F8(1.0f) - sheet.coat * ggx::mean_coat_albedo(coat_alpha_);
   }
   if (sheen_) {
     mean *= F8(1.0f) - sheet.sheen * sheen_->white.mean_albedo();
@@ -147,10 +150,10 @@ void Principled8::set_sheet(const V8& wo) {
 }
 
 F8 Principled8::layers_leave(const V8& outside) const {
-  const F8 gloss = F8(1.0f) - facets_.albedo(outside).of(sheet_->f0, sheet_->f90);
+  const F8 gloss = F8(1.0f) - sheet_->gloss * facets_.gloss_albedo(outside, gloss_eta_);
   F8 left = select(sheet_->burley, burley_leaves(outside.z), gloss);
   if (has_coat_) {
-    left *= F8(1.0f) - sheet_->coat * coat_albedo(ggx::albedo(outside.z, coat_alpha_));
+    left *= F8(1.0f) - sheet_->coat * ggx::coat_albedo(outside.z, coat_alpha_);
   }
   if (sheen_) {
     left *= F8(1.0f) - sheet_->sheen * sheen_->white.albedo(outside.z);
@@ -214,7 +217,7 @@ F8 Principled8::coat_leaves(const V8& wo, const V8& wi, bool diffuse) const {
     return F8(1.0f);
   }
   const M8 through = wi.z < F8(0.0f);
-  const F8 albedo_i = coat_albedo(ggx::albedo(abs(wi.z), coat_alpha_));
+  const F8 albedo_i = ggx::coat_albedo(abs(wi.z), coat_alpha_);
   const F8 in = F8(1.0f) - coat_ * albedo_i, out = F8(1.0f) - coat_albedo_;
   const F8 divisor =
       diffuse ? F8(1.0f) - coat_mean_
@@ -243,19 +246,19 @@ V8 Principled8::inner_coat(F8 cos_o) const {
   const dielectric::Fresnel8 f = dielectric::fresnel(min(max(cos_o, F8(0.0f)), F8(1.0f)), glass_bsdf_.eta);
   // A facet of glass deflects refracted light about a quarter as much as reflected light.
   const F8 sent_back = select(is_rough(alpha_), ggx::coat_below(f.cos_refracted, coat_alpha_, F8(0.25f) * alpha_),
-                              coat_albedo(ggx::albedo(f.cos_refracted, coat_alpha_)));
+                              ggx::coat_albedo(f.cos_refracted, coat_alpha_));
   return base_ * base_ * (glass_ * coat_beyond_ * (F8(1.0f) - f.reflectance) * sent_back);
 }
 
 V8 Principled8::gloss_fresnel(F8 cos_o, F8 balance) const {
-  const F8 w = schlick_weight(cos_o);
-  const F8 plastic = plastic_ * (f0_ + (f90_ - f0_) * w);
+  const F8 plastic = plastic_ * gloss_ * fresnel(cos_o, gloss_eta_);
   const V8 bounces = broadcast(Vec3(1)) + metal_kept_ * (balance - F8(1.0f));
-  return schlick(base_, w) * bounces * metal_ + V8{plastic, plastic, plastic} + inner_coat(cos_o) * balance;
+  return schlick(base_, schlick_weight(cos_o)) * bounces * metal_ + V8{plastic, plastic, plastic} +
+         inner_coat(cos_o) * balance;
 }
 
 F8 Principled8::coat_fresnel(F8 cos_o) const {
-  return coat_ * (F8(kCoatF0) + F8(1 - kCoatF0) * schlick_weight(cos_o));
+  return coat_ * fresnel(cos_o, F8(ggx::kCoatEta));
 }
 
 V8 Principled8::eval(const V8& wo, const V8& wi) const {
@@ -270,7 +273,7 @@ V8 Principled8::eval(const V8& wo, const V8& wi) const {
     balance = select(compensated_, facets_.balance(wo) * facets_.balance(wi), balance);
   }
   V8 f = gloss_fresnel(cos_o, balance) * gloss;
-  const F8 albedo_i = facets_.albedo(wi).of(f0_, f90_);
+  const F8 albedo_i = gloss_ * facets_.gloss_albedo(wi, gloss_eta_);
   F8 diffuse = plastic_ * (F8(1.0f) - gloss_albedo_) * (F8(1.0f) - albedo_i) / (F8(1.0f) - gloss_albedo_mean_);
   if (has_burley_) {
     diffuse = select(burley_, plastic_ * burley(wo, wi, roughness_), diffuse);

@@ -3,8 +3,10 @@
 //
 // With c = coat, m = metallic, t = transmission:
 //   f = c·coat + T·(m·metal + (1 − m)(t·glass + (1 − t)·(gloss + T'·diffuse)))
-// metal, gloss and coat are GGX with Schlick's Fresnel term. f0 is the base colour for metal, ((ior − 1)/(ior + 1))² ·
-// 2·specular for gloss, and .04 for the coat. glass is a rough dielectric whose refraction has the base colour.
+// metal, gloss and coat are GGX. Metal has Schlick's Fresnel term, with the base colour at normal incidence. Gloss and
+// coat have Fresnel's equations for a dielectric, the coat with index 1.5. `specular` below .5 scales the gloss by
+// 2·specular. Above, it raises the index, so that the reflectance at normal incidence is ((ior − 1)/(ior + 1))² ·
+// 2·specular. Gloss is the same for ior and 1/ior. glass is a rough dielectric whose refraction has the base colour.
 //
 // T and T' are the shares of light that a layer leaves to those below. They follow from the layer's directional albedo
 // E, so that white layers reflect all light. f is reciprocal.
@@ -112,6 +114,7 @@ class Principled8 {
   F8 through_sheet(const V8& wi) const;
   /// Share of uniform light that a sheet of transmittance 1 transmits to wo.
   F8 sheet_albedo() const;
+  void set_metal(const V8& wo);
   void set_sheet(const V8& wo);
   void set_probabilities(const V8& wo);
 
@@ -131,10 +134,9 @@ class Principled8 {
   F8 metal_, plastic_, glass_;  ///< shares
   V8 metal_kept_;               ///< κ of ggx_albedo.h
   V8 metal_albedo_;             ///< from wo
-  F8 f0_, f90_;                 ///< of the plastic's gloss
+  F8 gloss_, gloss_eta_;        ///< weight and index of the plastic's gloss
   M8 compensated_;
   F8 coat_, coat_beyond_;  ///< on wo's side, and on the other side of glass
-  ggx::Albedo8 terms_;     ///< of gloss, from wo
   F8 gloss_albedo_, gloss_albedo_mean_;
   M8 burley_;
   F8 roughness_;
@@ -154,7 +156,7 @@ class Principled8 {
     V8 transmittance;
     M8 closed, inside;        ///< around a medium; wo is in the medium
     M8 burley;                ///< outside
-    F8 f0, f90, coat, sheen;  ///< of the layers outside; of the sheen, the largest component
+    F8 gloss, coat, sheen;    ///< weights of the layers outside; of the sheen, the largest component
     F8 root_mean = F8(1.0f);  ///< √M
     F8 at_wo = F8(1.0f);      ///< L(wo), if wo is outside
     F8 lambert = F8(0.0f);    ///< like diffuse_albedo_, without retro-reflection

@@ -10,6 +10,7 @@
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
 #include "common/materials/conductor.h"
+#include "common/materials/mean_reflectance.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
 #include "common/planner/narrow_lobes.h"
@@ -46,11 +47,18 @@ std::array<double, 3> diffuse_bound(const PrincipledMaterial& m) {
   return {both(base.r, through.r), both(base.g, through.g), both(base.b, through.b)};
 }
 
-/// The gloss is added to the diffuse part. In uniform light, its Fresnel term is at most f0 + (1 − f0)/21 on average.
+/// What the gloss or a coat reflects of uniform light, or more.
+double gloss_bound(const PrincipledMaterial& m) {
+  const double root = std::abs(m.ior - 1) / (m.ior + 1) * std::sqrt(std::max(2 * m.specular, 1.0));
+  const double of_gloss = root < 1 ? dielectric::mean_reflectance((1 + root) / (1 - root)) : 1;
+  const double of_coat = m.coat > 0 ? dielectric::mean_reflectance(1.5) : 0;
+  return std::max(of_gloss * std::min(2 * m.specular, 1.0), of_coat);
+}
+
+/// The gloss is added to the diffuse part.
 std::array<double, 3> burley_bound(const PrincipledMaterial& m) {
   constexpr double kMaxDiffuse = 1.07;  // in uniform light, at roughness 1
-  const double root = (m.ior - 1) / (m.ior + 1), f0 = std::min(root * root * 2 * m.specular, 1.0);
-  const double gloss = m.specular > 0 || m.coat > 0 ? std::max(f0, 0.04) + (1 - f0) / 21 : 0;
+  const double gloss = gloss_bound(m);
   const std::array<double, 3> base = diffuse_bound(m);
   return {base[0] * kMaxDiffuse + gloss, base[1] * kMaxDiffuse + gloss, base[2] * kMaxDiffuse + gloss};
 }

@@ -29,7 +29,7 @@ std::vector<CasterLobe> caster_lobes(const Material& material) {
   // Light that hits metal at θ spreads over cos θ times the solid angle (Walter et al. 2007, equation 14). For rays
   // that continue beside and below the sphere, cos θ < 0.7, the mean of 1/cos θ is 2.86.
   constexpr double kFromTheSide = 0.59;   // 1/√2.86
-  constexpr double kCoatReflects = 0.13;  // of these rays (Schlick)
+  constexpr double kCoatReflects = 0.14;  // of these rays, by Fresnel's equations
   const bool mapped = material.roughness_map.texture != kNoTexture;
   const auto alpha = [&](double roughness) { return mapped ? 0 : roughness * roughness; };
   const auto reflected = [&](double roughness) { return alpha(roughness) * kFromTheSide; };

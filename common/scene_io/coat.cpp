@@ -1,24 +1,15 @@
 #include "common/scene_io/coat.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "common/materials/mean_reflectance.h"
 
 namespace lightmill {
 namespace {
 
-/// Mean reflectance of a smooth surface for uniform light from inside (Fresnel equations as in Walter et al. 2007). The
-/// mean transmittance from inside is 1/η² of that from outside.
+/// Mean reflectance for uniform light from inside. The mean transmittance from inside is 1/η² of that from outside.
 double inner_reflectance(double ior) {
-  constexpr int kSteps = 256;
-  double outer = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double cos2 = (i + 0.5) / kSteps;  // equal steps of cos² θ
-    const double c = std::sqrt(cos2), under = ior * ior - 1 + cos2;
-    const double t = under > 0 ? std::sqrt(under) : 0;
-    const double s = (c - t) / (c + t), p = (ior * ior * c - t) / (ior * ior * c + t);
-    outer += under > 0 ? (s * s + p * p) / 2 / kSteps : 1.0 / kSteps;
-  }
-  return std::clamp(1 - (1 - outer) / (ior * ior), 0.0, 1.0);
+  return std::clamp(1 - (1 - dielectric::mean_reflectance(ior)) / (ior * ior), 0.0, 1.0);
 }
 
 }  // namespace

@@ -97,8 +97,9 @@ TEST(Whitted, SmoothPrincipledGlassIsGlassWithATint) {
   EXPECT_EQ(through_slab(0, "whitted", "", true, kind(1, 0.1)), 0);
 }
 
-TEST(Whitted, SmoothLayersReflectBySchlick) {
-  // A wall of radiance 1, seen in an opaque plane: f0 + (1 − f0)(1 − cos θ)⁵.
+TEST(Whitted, SmoothLayersReflectByTheirFresnelTerms) {
+  // A wall of radiance 1, seen in an opaque plane. Metal has f0 + (1 − f0)(1 − cos θ)⁵, gloss and coat Fresnel's
+  // equations for the index 1.5.
   const auto image = [](double degrees, const std::string& principled) {
     return through_slab(degrees, "whitted", "", false, fmt::format(R"("principled": {{{}}})", principled));
   };
@@ -108,10 +109,10 @@ TEST(Whitted, SmoothLayersReflectBySchlick) {
   EXPECT_NEAR(image(60, metal), 0.5 + 0.5 / 32, 1e-5);
   const std::string gloss = black + R"("roughness": 0)";
   EXPECT_NEAR(image(0, gloss), 0.04, 1e-6);
-  EXPECT_NEAR(image(60, gloss), 0.04 + 0.96 / 32, 1e-5);
+  EXPECT_NEAR(image(60, gloss), 0.0891867, 1e-5);
   const std::string coat = black + R"("specular": 0, "coat": 0.5, "coat_roughness": 0)";
   EXPECT_NEAR(image(0, coat), 0.5 * 0.04, 1e-6);
-  EXPECT_NEAR(image(60, coat), 0.5 * (0.04 + 0.96 / 32), 1e-5);
+  EXPECT_NEAR(image(60, coat), 0.5 * 0.0891867, 1e-5);
   // Rough layers show no images. alpha = 1e-4 is rough, a smaller one is not.
   EXPECT_EQ(image(60, half + R"("metallic": 1, "roughness": 0.0101)"), 0);
   EXPECT_NEAR(image(60, half + R"("metallic": 1, "roughness": 0.0099)"), 0.5 + 0.5 / 32, 1e-5);

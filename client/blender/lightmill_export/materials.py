@@ -1,4 +1,5 @@
 """Materials: surfaces (see mixtures.py) as the document's materials."""
+import math
 from dataclasses import dataclass, replace
 
 import bpy
@@ -292,6 +293,8 @@ class MaterialMaker:
         burley = OLD and not numbers.get("lambert")
         if burley:
             ior, specular = self.old_gloss(numbers)
+        if numbers["transmission"] == 0 and not numbers.get("lambert") and "specular" not in numbers.get("images", {}):
+            ior, specular = index_of_gloss(ior, specular)
         roughness, directed = self.anisotropic(node, numbers["roughness"], numbers.get("anisotropy"))
         means = {"specular": specular, "coat": numbers["coat"], "coat_roughness": numbers["coat_roughness"]}
         out = {"base_color": self.color(color, node, vertex=True),
@@ -416,6 +419,12 @@ def hue(rgb):
     """Colours scaled to luminance 1. White for black."""
     gray = luminance(rgb)
     return np.where(gray > 0, rgb / np.where(gray > 0, gray, 1), 1)
+
+
+def index_of_gloss(ior, specular):
+    """The index with this reflectance at normal incidence, which is Blender's, and the `specular` that leaves it alone."""
+    root = abs(ior - 1) / (ior + 1) * math.sqrt(2 * specular)
+    return (fitting_ior((1 + root) / (1 - root)), 0.5) if 0 < root < 1 else (ior, specular)
 
 
 def fitting_ior(ior):

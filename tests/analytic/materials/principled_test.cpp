@@ -246,18 +246,48 @@ TEST(Principled, SmoothLobesAreDrawnAsDeltas) {
   EXPECT_NEAR(refracted * 2.25, 1 - 0.0891867, 5 * std::sqrt(0.0891867 / kDraws));
 }
 
-TEST(GgxAlbedo, IsNeverBelowWhatIsReflected) {
-  // f0 = f90 = 1 is the reflectance of white metal, and f0 = .04 that of gloss.
-  for (const double alpha : {0.0004, 0.01, 0.0625, 0.2, 0.37, 0.6, 0.9, 1.0}) {
-    for (const double degrees : {0.01, 25.0, 45.0, 65.0, 80.0, 87.0}) {
-      const Vec3d wo = tilted(degrees);
-      const Conductor8 white{broadcast(Vec3(1)), broadcast(Vec3(1e5f)), F8(static_cast<float>(alpha))};
-      const Albedo a = directional_albedo(white, wo, Grid(mirrored(wo), -wo, 2 * alpha), 9);
-      const F8 cosine(static_cast<float>(wo.z));
-      const ggx::Albedo8 terms = ggx::albedo(cosine, F8(static_cast<float>(alpha)));
-      const double table = Lanes(terms.of(F8(1.0f), F8(1.0f)))[0];
-      EXPECT_GT(table, a.by_sampling - 5 * a.standard_error - 1e-4) << alpha << " " << degrees;
-      EXPECT_LT(table, a.by_sampling + 5 * a.standard_error + 1e-2) << alpha << " " << degrees;
+/// Reflectances of a dielectric with index 1.5 by Fresnel's equations.
+constexpr std::pair<double, double> kFresnel[] = {
+    {0, 0.04}, {45, 0.0502399}, {60, 0.0891867}, {75, 0.2530606}, {85, 0.6127996}};
+
+/// What a smooth surface with a black base reflects.
+double black_reflects(Parameters p, double degrees) {
+  p.base_color = Vec3(0);
+  const V8 wo = to_lanes(tilted(degrees));
+  return Lanes(p.seen_from(wo).smooth(wo, {F8(0.0f), F8(0.0f)}).reflected.y)[0];
+}
+
+TEST(Principled, GlossAndCoatReflectByFresnelsEquations) {
+  for (const auto& [degrees, reflectance] : kFresnel) {
+    EXPECT_NEAR(black_reflects({.roughness = 0}, degrees), reflectance, 2e-6) << degrees;
+    EXPECT_NEAR(black_reflects({.roughness = 0, .specular = 0.2f}, degrees), 0.4 * reflectance, 2e-6) << degrees;
+    EXPECT_NEAR(black_reflects({.roughness = 0, .ior = 1 / 1.5f}, degrees), reflectance, 2e-6) << degrees;
+    EXPECT_NEAR(black_reflects({.roughness = 0, .specular = 0, .coat = 1, .coat_roughness = 0}, degrees), reflectance,
+                2e-6)
+        << degrees;
+    // `specular` 1 doubles the reflectance at normal incidence, as this index does.
+    EXPECT_NEAR(black_reflects({.roughness = 0, .specular = 0.5f, .ior = 1.7887886f}, degrees),
+                black_reflects({.roughness = 0, .specular = 1}, degrees), 2e-6)
+        << degrees;
+  }
+  EXPECT_NEAR(black_reflects({.roughness = 0, .specular = 1}, 0), 0.08, 1e-6);
+  EXPECT_EQ(black_reflects({.roughness = 0, .ior = 1}, 60), 0);
+}
+
+TEST(GgxAlbedo, IsWhatGlossReflects) {
+  for (const float eta : {1.1f, 1.5f, 1.8f, 4.0f}) {
+    for (const double alpha : {0.0, 0.0004, 0.01, 0.0625, 0.2, 0.37, 0.6, 0.9, 1.0}) {
+      const auto roughness = static_cast<float>(std::sqrt(alpha));
+      for (const double degrees : {0.01, 25.0, 45.0, 65.0, 80.0, 87.0}) {
+        const Vec3d wo = tilted(degrees);
+        const Principled8 black =
+            Parameters{.base_color = Vec3(0), .roughness = roughness, .ior = eta}.seen_from(to_lanes(wo));
+        const Albedo a = directional_albedo(black, wo, Grid(mirrored(wo), -wo, 2 * alpha), 9);
+        const F8 cosine(static_cast<float>(wo.z));
+        const double table = Lanes(ggx::gloss_albedo(cosine, F8(static_cast<float>(alpha)), F8(eta)))[0];
+        const double tolerance = degrees > 80 || eta > 1.8f ? 4.5e-3 : 1e-3;
+        EXPECT_NEAR(table, a.by_sampling, 5 * a.standard_error + tolerance) << eta << " " << alpha << " " << degrees;
+      }
     }
   }
 }

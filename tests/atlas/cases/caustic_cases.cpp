@@ -1,4 +1,5 @@
 // Light that reaches a surface through mirrors and glass. Paths from the camera find it only by chance, or not at all.
+#include "tests/analytic/glass_answers.h"
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/light_over_mirror.h"
 
@@ -80,7 +81,7 @@ AtlasCase edge_of_a_caustic(bool in_a_mirror) {
 /// light that the coat reflects onto it comes from far away.
 AtlasCase low_sun_over_a_coat() {
   const Vec3d travel = glm::normalize(Vec3d(1, -0.1, 0));
-  const double fresnel = 0.04 + 0.96 * std::pow(1 + travel.y, 5);  // Schlick's
+  const double of_coat = fresnel(std::acos(-travel.y), 1.5);
   return {
       .subject = "light over planes without end",
       .name = "a low sun, a smooth coat and a wall high above it",
@@ -91,7 +92,7 @@ AtlasCase low_sun_over_a_coat() {
           mesh("wall", "wall.obj") + also(plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]")),
           fmt::format(R"({{"directional": {{"direction": [1, -0.1, 0], "irradiance": {}}}}})", gray(kPiDouble))),
       .files = {{"wall.obj", polygon({{1, 2.7, 0.3}, {1, 3.3, 0.3}, {1, 3.3, -0.3}, {1, 2.7, -0.3}})}},
-      .exact = travel.x * (1 + fresnel),
+      .exact = travel.x * (1 + of_coat),
       .max_bounces = 2};
 }
 

@@ -229,6 +229,21 @@ class Mixtures(unittest.TestCase):
         twice = n.export(n.mix(n.principled(RED, **images), n.principled(RED, **images), 0.5))
         self.assertEqual(twice["principled"], made)
 
+    def test_the_specular_input_is_an_index(self):
+        n = self.nodes
+        name = "Specular" if OLD else "Specular IOR Level"
+        for level, index in ((0.5, 1.5), (0.25, 1.329431), (1, 1.788789)):  # reflectances of 0.04, 0.02, 0.08
+            made = n.export(n.principled(RED, **{name: level, "IOR": 1.5}))["principled"]
+            self.assertAlmostEqual(made["ior"], index, 5)
+            self.assertEqual(made["specular"], 0.5)
+        matt = n.export(n.principled(RED, **{name: 0}))["principled"]
+        self.assertEqual(matt["specular"], 0)
+        # Glass has an index of its own.
+        transmission = "Transmission" if OLD else "Transmission Weight"
+        made = n.export(n.principled(RED, **{name: 0.25, "IOR": 1.5, transmission: 0.5}))["principled"]
+        self.assertEqual(made["ior"], 1.5)
+        self.assertAlmostEqual(made["specular"], 0.25, 6)
+
     def test_another_direction_of_anisotropy_is_named(self):
         n = self.nodes
         first, second = (n.add("BsdfAnisotropic", Color=WHITE, Roughness=0.5, Anisotropy=0.5) for _ in range(2))
