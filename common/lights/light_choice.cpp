@@ -77,18 +77,39 @@ LightChoice::Entries8 LightChoice::above(const V8& p, const V8& normal, Entries8
   return bounds;
 }
 
-LightChoice::Entries8 LightChoice::probabilities(Entries8 bounds) const {
+LightChoice::Entries8 LightChoice::visibilities(const V8& p) const {
+  Entries8 out;
+  if (has_visibility()) {
+    const U8 row = visibility_.row(p);
+    for (std::size_t i = 0; i < entries(); ++i) {
+      out[i] = visibility_.at(row, i);
+    }
+  }
+  return out;
+}
+
+LightChoice::Entries8 LightChoice::probabilities(Entries8 bounds, const Entries8& visibilities) const {
+  const bool learned = has_visibility();
   const F8 zero(0.0f);
-  F8 sum(0.0f), shining(0.0f);
+  F8 sum(0.0f), shining(0.0f), visible_sum(0.0f);
   for (std::size_t i = 0; i < entries(); ++i) {
     sum += bounds[i];
     shining += masked(bounds[i] > zero, F8(1.0f));
+    if (learned) {
+      visible_sum += bounds[i] * visibilities[i];
+    }
   }
-  const F8 by_bound = F8(1 - kUniformShare) / sum, uniform = F8(kUniformShare) / shining;
+  const F8 by_bound = F8(learned ? kUnseenShare : 1 - kUniformShare) / sum, uniform = F8(kUniformShare) / shining;
+  const F8 by_visible = learned ? F8(1 - kUniformShare - kUnseenShare) / visible_sum : zero;
   for (std::size_t i = 0; i < entries(); ++i) {
-    bounds[i] = masked(bounds[i] > zero, bounds[i] * by_bound + uniform);
+    const F8 share = learned ? by_bound + visibilities[i] * by_visible : by_bound;
+    bounds[i] = masked(bounds[i] > zero, bounds[i] * share + uniform);
   }
   return bounds;
+}
+
+LightChoice::Entries8 LightChoice::probabilities(const V8& p, const V8& normal) const {
+  return probabilities(above(p, normal, bounds(p)), visibilities(p));
 }
 
 LightChoice::Group8 LightChoice::group(U8 number) const {
@@ -98,7 +119,8 @@ LightChoice::Group8 LightChoice::group(U8 number) const {
 }
 
 LightChoice::Choice8 LightChoice::sample(const V8& p, const V8& normal, Pair8 u) const {
-  const Entries8 all = bounds(p), at_point = probabilities(all), here = probabilities(above(p, normal, all));
+  const Entries8 all = bounds(p), seen = visibilities(p);
+  const Entries8 at_point = probabilities(all, seen), here = probabilities(above(p, normal, all), seen);
   U8 entry(0u);
   F8 below(0.0f), below_entry(0.0f), pmf(0.0f), pmf_at_point(0.0f);
   for (std::size_t i = 0; i < entries(); ++i) {
@@ -128,8 +150,19 @@ LightChoice::Choice8 LightChoice::sample(const V8& p, const V8& normal, Pair8 u)
   return out;
 }
 
+LightChoice::Choice8 LightChoice::sample_entry(std::size_t entry, const V8& p, Pair8 u) const {
+  const F8 one(1.0f);
+  if (entry < roots_.size()) {
+    const LightBvh::Choice8 chosen = tree_.sample(p, U8(roots_[entry]), one, u.u, u.v);
+    return {chosen.light, chosen.pmf, chosen.pmf};
+  }
+  const Group8 of = group(U8(static_cast<std::uint32_t>(entry - roots_.size())));
+  const F8 pmf = one / to_float(of.size);
+  return {U8(static_cast<std::uint32_t>(bounded_)) + of.first + truncate(u.u * to_float(of.size)), pmf, pmf};
+}
+
 F8 LightChoice::pmf(const V8& p, U8 light, M8 lanes) const {
-  const Entries8 probability = probabilities(bounds(p));
+  const Entries8 probability = probabilities(bounds(p), visibilities(p));
   const U8 bounded(static_cast<std::uint32_t>(bounded_)), roots(static_cast<std::uint32_t>(roots_.size()));
   const M8 near = lanes & signed_less(light, bounded);
   const F8 per_group(1.0f / static_cast<float>(group_size_));

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "common/lights/light_bvh.h"
+#include "common/lights/light_visibility.h"
 
 namespace lightmill {
 
@@ -17,12 +18,20 @@ inline constexpr std::size_t kMaxLightsTogether = 4;
 /// Entries are subtrees of a light BVH and groups of distant lights. Up to kMaxEntries lights of either kind are
 /// entries of their own. Each of the n entries with a bound above 0 has the probability
 /// p = (1 − λ) bound / Σ bounds + λ / n. Bounds ignore occlusion. The second term limits the variance of this.
+///
+/// With learned visibilities v, p = (1 − λ − μ) v bound / Σ v bounds + μ bound / Σ bounds + λ / n.
 class LightChoice {
  public:
   static constexpr std::size_t kMaxEntries = 16;
   /// λ. With one light per entry, if the lights that reach a point have the share s of all bounds, the relative
   /// variance of the choice is at most min(n / λ, 1 / ((1 − λ) s)) − 1.
   static constexpr float kUniformShare = 0.125f;
+
+  /// μ.
+  static constexpr float kUnseenShare = 0.2f;
+  /// Numbers by entry.
+  using Entries8 = std::array<F8, 2 * kMaxEntries>;
+  static_assert(2 * kMaxEntries == LightVisibility::kMaxGroups);
 
   LightChoice() = default;
   /// All powers, intensities and irradiances must be positive.
@@ -42,20 +51,28 @@ class LightChoice {
   Choice8 sample(const V8& p, const V8& normal, Pair8 u) const;
   /// The probability that `sample` returns a light for a zero normal.
   F8 pmf(const V8& p, U8 light, M8 lanes) const;
-  std::uint64_t bytes() const { return tree_.bytes(); }
+  std::uint64_t bytes() const { return tree_.bytes() + visibility_.bytes(); }
+
+  std::size_t entries() const { return roots_.size() + distant_.size(); }
+  /// Chooses a light of an entry. Its probability is among the entry's lights.
+  Choice8 sample_entry(std::size_t entry, const V8& p, Pair8 u) const;
+  /// The probabilities of the entries.
+  Entries8 probabilities(const V8& p, const V8& normal) const;
+  bool has_visibility() const { return !visibility_.empty(); }
+  /// The groups are the entries.
+  void set_visibility(LightVisibility visibility) { visibility_ = std::move(visibility); }
 
  private:
-  /// Numbers by entry.
-  using Entries8 = std::array<F8, 2 * kMaxEntries>;
   struct DistantEntry {
     float bound;
     Vec3 direction;
     float radius;
   };
-  std::size_t entries() const { return roots_.size() + distant_.size(); }
   Entries8 bounds(const V8& p) const;
   Entries8 above(const V8& p, const V8& normal, Entries8 bounds) const;
-  Entries8 probabilities(Entries8 bounds) const;
+  /// Learned visibilities; anything if there are none.
+  Entries8 visibilities(const V8& p) const;
+  Entries8 probabilities(Entries8 bounds, const Entries8& visibilities) const;
   /// Number of the first light of a group of distant lights, and the size of the group.
   struct Group8 {
     U8 first, size;
@@ -67,7 +84,8 @@ class LightChoice {
   std::vector<std::uint32_t> roots_;  ///< the first entries
   bool has_subtrees_ = false;
   std::vector<DistantEntry> distant_;  ///< the other entries
-  std::uint32_t group_size_ = 1;       ///< distant lights in a group; the last group may have fewer
+  LightVisibility visibility_;
+  std::uint32_t group_size_ = 1;  ///< distant lights in a group; the last group may have fewer
 };
 
 }  // namespace lightmill

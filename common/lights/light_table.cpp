@@ -110,8 +110,7 @@ LightSample8 LightTable::sample_light(std::uint32_t light, const V8& p, Pair8 u)
   return out;
 }
 
-LightSample8 LightTable::sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const {
-  const LightChoice::Choice8 chosen = choice_.sample(p, normal, choice);
+LightSample8 LightTable::sample_chosen(const V8& p, const LightChoice::Choice8& chosen, Pair8 u) const {
   LightSample8 result;
   M8 rest(true);
   for (int k = 0; k < kKinds && rest.any(); ++k) {

@@ -67,7 +67,15 @@ class LightTable {
   /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a
   /// zero normal.
   LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const {
-    return needs_choice() ? sample_chosen(shading_point, normal, choice, u) : sample_light(draw, shading_point, u);
+    return needs_choice() ? sample_chosen(shading_point, choice_.sample(shading_point, normal, choice), u)
+                          : sample_light(draw, shading_point, u);
+  }
+  /// The entries of the choice of lights.
+  const LightChoice& choice() const { return choice_; }
+  void set_visibility(LightVisibility visibility) { choice_.set_visibility(std::move(visibility)); }
+  /// The same with a light of this entry.
+  LightSample8 sample_entry(std::size_t entry, const V8& shading_point, Pair8 choice, Pair8 u) const {
+    return sample_chosen(shading_point, choice_.sample_entry(entry, shading_point, choice), u);
   }
   /// The same without a choice, from the light with this number.
   LightSample8 sample_light(std::uint32_t light, const V8& shading_point, Pair8 u) const;
@@ -127,7 +135,7 @@ class LightTable {
   static constexpr int kKinds = kLightKinds;
   bool has(LightKind kind) const { return first_[static_cast<int>(kind)] < first_[static_cast<int>(kind) + 1]; }
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
-  LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
+  LightSample8 sample_chosen(const V8& p, const LightChoice::Choice8& chosen, Pair8 u) const;
   LightKind kind_of(std::uint32_t light) const;
   void find_intersectable();
 

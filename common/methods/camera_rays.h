@@ -26,14 +26,6 @@ inline void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uin
   out.resize(out.size() + 8, 0);  // reads are eight wide
 }
 
-/// Rays through film positions x, y, in pixels of the full film. (0,0) is the upper left corner.
-inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {
-  const CameraBasis& camera = scene.camera();
-  const F8 dx = x - F8(camera.center_x), dy = y - F8(camera.center_y);
-  const V8 direction = broadcast(camera.forward) + broadcast(camera.right) * dx + broadcast(camera.down) * dy;
-  return {broadcast(camera.position), normalize(direction), F8(std::numeric_limits<float>::infinity())};
-}
-
 /// Replaces pinhole rays by rays from points of the lens. Both meet in the plane of focus.
 inline Ray8 through_lens(const CompiledScene& scene, const Ray8& rays, Pair8 u) {
   const CameraBasis& camera = scene.camera();
@@ -53,7 +45,7 @@ inline Ray8 sample_camera_rays(const CompiledScene& scene, const PixelRect& tile
   const Pair8 u = sobol_pair(U8(index), decision_seed(pixel_seed, kFilterDecision));
   const F8 x = to_float(column + U8(static_cast<std::uint32_t>(tile.x))) + F8(0.5f) + scene.filter().sample(u.u);
   const F8 y = to_float(row + U8(static_cast<std::uint32_t>(tile.y))) + F8(0.5f) + scene.filter().sample(u.v);
-  const Ray8 rays = camera_rays(scene, x, y);
+  const Ray8 rays = scene.camera().rays(x, y);
   return scene.camera().has_lens
              ? through_lens(scene, rays, sobol_pair(U8(index), decision_seed(pixel_seed, kLensDecision)))
              : rays;

@@ -18,7 +18,8 @@ struct Rendered {
   SampleRange range;  ///< of methods without photons
 };
 
-// The box filter's scene has every feature of methods. The other scenes cover the filters and the light BVH.
+// The box filter's scene has every feature of methods. The other scenes cover the filters, the light BVH and learned
+// visibilities.
 constexpr Rendered kRendered[] = {{FilterKind::box, 24, {2, 0}},
                                   {FilterKind::tent, 16, {0, 0}},
                                   {FilterKind::gaussian, 16, {0, 0}},
@@ -314,6 +315,9 @@ TestScene make_test_scene(const Rendered& rendered) {
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
   const Sky sky = box ? Sky::image : rendered.filter == FilterKind::gaussian ? Sky::square : Sky::color;
   add_lights(test, !box, sky, box ? 180 : 120);
+  if (rendered.filter == FilterKind::blackman_harris) {
+    scene.lights.push_back({"in a ball of chrome", PointLight{{-1.6, 1.9, -1.2}, {900, 900, 900}}});
+  }
   for (std::uint32_t material = 0; box && material < scene.materials.size(); ++material) {
     LM_CHECK(std::ranges::count(scene.objects, material, &Object::material) > 0, "no object has the material {}",
              material);
@@ -330,6 +334,8 @@ std::shared_ptr<const CompiledScene> compiled(const TestScene& test) {
     throw std::bad_alloc();
   }
   LM_CHECK(scene.ok(), "the built-in test scene does not compile: {}", message_of(scene.status()));
+  LM_CHECK((*scene)->lights().choice().has_visibility() == (test.scene.lights.back().name == "in a ball of chrome"),
+           "visibilities of lights are not learned where they should be");
   return *std::move(scene);
 }
 

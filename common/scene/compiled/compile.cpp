@@ -6,6 +6,7 @@
 #include "common/scene/casters.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/learn_light_visibility.h"
 #include "common/scene/compiled/light_builder.h"
 #include "common/scene/compiled/mesh_sources.h"
 #include "common/scene/compiled/scene_images.h"
@@ -96,9 +97,12 @@ class SceneCompiler {
       }
     }
     out_->caustic_targets_ = caustic_targets();
-    out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
+    if (out_->lights_.needs_choice()) {
+      out_->lights_.set_visibility(learn_light_visibility(*out_));
+    }
+    out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->bytes_ = texture_bytes + meshes_.triangles_held * 190 + out_->geometry_.bytes() + out_->lights_.bytes() +
                    out_->emitter_points_.bytes() + out_->emitters_.bytes() + 65536;
     return std::shared_ptr<const CompiledScene>(std::move(out_));

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -41,6 +42,13 @@ struct CameraBasis {
   Vec3 lens_x{0}, lens_y{0};  ///< from its centre to its edge; zero for a pinhole
   float focus = 1;            ///< distance in focus, along `forward`
   bool has_lens = false;
+
+  /// Rays through film positions x, y, in pixels of the full film, from a pinhole. (0,0) is the upper left corner.
+  Ray8 rays(F8 x, F8 y) const {
+    const F8 dx = x - F8(center_x), dy = y - F8(center_y);
+    const V8 direction = broadcast(forward) + broadcast(right) * dx + broadcast(down) * dy;
+    return {broadcast(position), normalize(direction), F8(std::numeric_limits<float>::infinity())};
+  }
 };
 
 /// Features of the scene. Methods skip what is missing.

@@ -115,6 +115,44 @@ TEST(LightChoice, DrawsWithTheProbabilityThatItStates) {
   }
 }
 
+/// A choice for which each group of lights arrives in a part of the space of `many_lights`.
+LightChoice with_visibility(LightChoice choice) {
+  Numbers random;
+  std::vector<LightVisibility::Sample> samples;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 p(random.vector() * 10.0 - 5.0);
+    const bool left = p.x < 0;
+    samples.push_back({p, ~0u, left ? 0x55555555u : 0xffff0000u});
+  }
+  choice.set_visibility(LightVisibility(samples, choice.entries()));
+  return choice;
+}
+
+TEST(LightChoice, DrawsWithTheProbabilityThatItStatesByVisibility) {
+  for (const auto& [bounded, distant] : {std::pair{5, 0}, {300, 40}, {0, 9}}) {
+    std::vector<DistantBounds> suns;
+    for (int i = 0; i < distant; ++i) {
+      suns.push_back({0.3 + i % 4});
+    }
+    const LightChoice choice = with_visibility(LightChoice(many_lights(bounded), suns));
+    expect_stated_probabilities(choice, bounded + distant);
+  }
+}
+
+TEST(LightChoice, VisibilityLeavesAFifthToTheChoiceWithoutIt) {
+  constexpr int kLights = 300;
+  const LightChoice choice(many_lights(kLights), {}), learned = with_visibility(choice);
+  double most = 0;
+  for (const Vec3& p : {Vec3(-4, 1, 2), Vec3(3, -2, 0), Vec3(50, 20, 0)}) {
+    const std::vector<double> before = probabilities(choice, kLights, p), after = probabilities(learned, kLights, p);
+    for (int i = 0; i < kLights; ++i) {
+      EXPECT_GE(after[i], LightChoice::kUnseenShare * before[i] * (1 - 1e-5));
+      most = std::max(most, before[i] > 0 ? after[i] / before[i] : 0);
+    }
+  }
+  EXPECT_GT(most, 1.2);  // where lights arrive, they are drawn more often
+}
+
 TEST(LightChoice, EveryLightThatShinesOnAPointCanBeDrawn) {
   constexpr int kLights = 1000;
   const std::vector<LightBounds> lights = many_lights(kLights);

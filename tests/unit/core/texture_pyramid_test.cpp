@@ -371,7 +371,7 @@ TestScene far_below(const std::string& object, double tilt = 0) {
 /// The footprint of the ray through the middle of the film.
 float footprint_of(const TestScene& scene) {
   const CompiledScene& compiled = *scene.compiled();
-  const Ray8 ray = camera_rays(compiled, F8(compiled.camera().center_x), F8(compiled.camera().center_y));
+  const Ray8 ray = compiled.camera().rays(F8(compiled.camera().center_x), F8(compiled.camera().center_y));
   const Hit8 hits = compiled.accel().intersect(M8(true), ray, true);
   EXPECT_TRUE(hits.hit.any());
   const Surface8 surface = compiled.surface(ray, hits);

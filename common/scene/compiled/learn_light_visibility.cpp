@@ -1,0 +1,167 @@
+#include "common/scene/compiled/learn_light_visibility.h"
+
+#include "common/sampling/sobol.h"
+#include "common/sampling/warp.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::uint32_t kFewPaths = 1u << 9;  ///< to see whether there is anything to gain
+constexpr std::uint32_t kPaths = 1u << 12;
+constexpr std::uint32_t kVertices = 3;  ///< of a path, after the camera
+constexpr double kLeastGain = 1.5;
+constexpr int kMostPassed = 16;  ///< surfaces; further ones block no light
+
+/// The vertices of eight paths, and a sample of the light of each group.
+struct Vertices8 {
+  V8 point, normal;
+  M8 lanes;
+  std::array<M8, LightVisibility::kMaxGroups> tested;
+  std::array<F8, LightVisibility::kMaxGroups> light;  ///< that arrives
+
+  void append_to(std::vector<LightVisibility::Sample>& samples, std::size_t groups) const {
+    const VectorLanes points(point);
+    for (int lane = 0; lane < 8; ++lane) {
+      if ((lanes.bits() >> lane & 1) == 0) {
+        continue;
+      }
+      LightVisibility::Sample& s = samples.emplace_back(LightVisibility::Sample{Vec3(points[lane])});
+      for (std::size_t group = 0; group < groups; ++group) {
+        s.tested |= static_cast<std::uint32_t>(tested[group].bits() >> lane & 1) << group;
+        s.visible |= static_cast<std::uint32_t>((light[group] > F8(0.0f)).bits() >> lane & 1) << group;
+      }
+    }
+  }
+};
+
+F8 luminance(const V8& rgb) {
+  return rgb.x * F8(0.2126f) + rgb.y * F8(0.7152f) + rgb.z * F8(0.0722f);
+}
+
+class Learner {
+ public:
+  explicit Learner(const CompiledScene& scene) : scene_(scene), groups_(scene.lights().choice().entries()) {}
+
+  LightVisibility learn() {
+    LightVisibility learned;
+    for (const std::uint32_t paths : {kFewPaths, kPaths}) {
+      for (; traced_ < paths; traced_ += 8) {
+        trace(U8(traced_) + U8::lane_index());
+      }
+      std::vector<LightVisibility::Sample> samples;
+      for (const Vertices8& v : vertices_) {
+        v.append_to(samples, groups_);
+      }
+      learned = LightVisibility(samples, groups_);
+      if (gain(learned) < kLeastGain) {
+        return {};
+      }
+    }
+    return learned;
+  }
+
+ private:
+  void trace(U8 index) {
+    const Pair8 film = sobol_pair(index, U8(mix(kFilm)));
+    Ray8 rays = scene_.camera().rays(film.u * F8(static_cast<float>(scene_.film_width())),
+                                     film.v * F8(static_cast<float>(scene_.film_height())));
+    M8 lanes(true);
+    for (std::uint32_t vertex = 0; vertex < kVertices; ++vertex) {
+      const Hit8 hit = scene_.accel().intersect(lanes & Accel::traceable(rays), rays, vertex == 0);
+      lanes = hit.hit;
+      if (lanes.none()) {
+        return;
+      }
+      const Surface8 surface = scene_.surface(rays, hit);
+      const V8 normal = select(surface.front, surface.geometric_normal, -surface.geometric_normal);
+      const V8 origin = surface.point + normal * surface.offset;
+      add(origin, normal, lanes, index, vertex);
+      const V8 local = square_to_cosine_hemisphere(hashed_pair(index, U8(mix(kScatter + vertex))));
+      rays = {origin, Frame8(normal).to_world(local), F8(std::numeric_limits<float>::infinity())};
+    }
+  }
+
+  void add(const V8& origin, const V8& normal, M8 lanes, U8 index, std::uint32_t vertex) {
+    Vertices8& out = vertices_.emplace_back();
+    out.point = origin;
+    out.normal = normal;
+    out.lanes = lanes;
+    for (std::size_t group = 0; group < groups_; ++group) {
+      const std::uint32_t number =
+          kLight + 2 * (vertex * LightVisibility::kMaxGroups + static_cast<std::uint32_t>(group));
+      const LightSample8 s = scene_.lights().sample_entry(group, origin, hashed_pair(index, U8(mix(number))),
+                                                          hashed_pair(index, U8(mix(number + 1))));
+      const F8 cosine = dot(normal, s.wi);
+      const M8 tested = lanes & s.valid & (cosine > F8(0.0f));
+      const M8 visible = and_not(tested, blocked(tested, {origin, s.point - origin, F8(1.0f)}));
+      out.tested[group] = tested;
+      out.light[group] = masked(visible, luminance(s.weight) * cosine);
+    }
+  }
+
+  /// Surfaces that rays may pass block no light.
+  M8 blocked(M8 lanes, const Ray8& rays) const {
+    M8 left = lanes & Accel::traceable(rays), blocked;
+    if (!scene_.features().opacity) {
+      return scene_.accel().occluded(left, rays);
+    }
+    F8 passed(0.0f);
+    for (int i = 0; i < kMostPassed && left.any(); ++i) {
+      const Hit8 hit = scene_.accel().intersect(left, rays, false, passed);
+      left = scene_.may_pass(hit, hit.hit);
+      blocked = blocked | and_not(hit.hit, left);
+      passed = select(left, hit.distance * F8(1 + 0x1p-12f), passed);  // not the same surface again
+    }
+    return blocked;
+  }
+
+  /// The variance of the choice without the visibilities, over that with them: the sum of the relative second moments of
+  /// all points.
+  double gain(const LightVisibility& learned) const {
+    LightChoice with = scene_.lights().choice();
+    with.set_visibility(learned);
+    double before = 0, after = 0;
+    for (const Vertices8& v : vertices_) {
+      const LightChoice::Entries8 p = scene_.lights().choice().probabilities(v.point, v.normal),
+                                  q = with.probabilities(v.point, v.normal);
+      F8 sum(0.0f), by_p(0.0f), by_q(0.0f);
+      for (std::size_t group = 0; group < groups_; ++group) {
+        const M8 lit = v.light[group] > F8(0.0f);
+        const F8 square = v.light[group] * v.light[group];
+        sum += v.light[group];
+        by_p += masked(lit, square / p[group]);
+        by_q += masked(lit, square / q[group]);
+      }
+      const F8 scale = masked(sum > F8(0.0f), F8(1.0f) / (sum * sum));
+      before += sum_of_lanes(by_p * scale);
+      after += sum_of_lanes(by_q * scale);
+    }
+    return after > 0 ? before / after : 1;
+  }
+
+  static double sum_of_lanes(F8 x) {
+    alignas(32) float lanes[8];
+    x.store(lanes);
+    double sum = 0;
+    for (const float lane : lanes) {
+      sum += lane;
+    }
+    return sum;
+  }
+
+  // Seeds of the random numbers.
+  static constexpr std::uint32_t kFilm = 0x51a7e001, kScatter = 0x51a7e100, kLight = 0x51a7f000;
+
+  const CompiledScene& scene_;
+  std::size_t groups_;
+  std::uint32_t traced_ = 0;  ///< paths
+  std::vector<Vertices8> vertices_;
+};
+
+}  // namespace
+
+LightVisibility learn_light_visibility(const CompiledScene& scene) {
+  return Learner(scene).learn();
+}
+
+}  // namespace lightmill
