@@ -81,6 +81,10 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   const F8 root = abs(p.ior - F8(1.0f)) / (p.ior + F8(1.0f)) * sqrt(max(specular, F8(1.0f)));
   gloss_eta_ = F8(2.0f) / (F8(1.0f) - min(root, F8(0.999f))) - F8(1.0f);
   gloss_ = min(specular, F8(1.0f));
+  if (p.specular_color) {
+    const F8 f0 = fresnel(F8(1.0f), gloss_eta_);
+    gloss_less_ = (broadcast(Vec3(1)) - *p.specular_color) * (f0 / (F8(1.0f) - f0));
+  }
   // Opaque surfaces have a coat on both sides, glass only on the outside.
   M8 bare = and_not(glass_ > F8(0.0f), front);
   const F8 outer_gloss = gloss_;
@@ -97,7 +101,12 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   if ((metal_ > F8(0.0f)).any()) {
     set_metal(wo);
   }
-  gloss_albedo_ = gloss_ * facets_.gloss_albedo(wo, gloss_eta_);
+  const F8 white = facets_.gloss_albedo(wo, gloss_eta_);
+  gloss_albedo_ = gloss_ * white;
+  gloss_color_albedo_ = {gloss_albedo_, gloss_albedo_, gloss_albedo_};
+  if (gloss_less_) {
+    gloss_color_albedo_ = colored_gloss(white, facets_.albedo(wo).of(F8(1.0f), F8(1.0f)) - white) * gloss_;
+  }
   gloss_albedo_mean_ = gloss_ * facets_.mean_gloss_albedo(gloss_eta_);
   diffuse_albedo_ = F8(1.0f) - gloss_albedo_;
   if (has_burley_) {
@@ -122,6 +131,11 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
     set_sheet(wo);
   }
   set_probabilities(wo);
+}
+
+V8 Principled8::colored_gloss(F8 white, F8 rest) const {
+  const V8 gloss{white, white, white};
+  return gloss_less_ ? gloss - *gloss_less_ * rest : gloss;
 }
 
 void Principled8::set_metal(const V8& wo) {
@@ -176,7 +190,8 @@ void Principled8::set_probabilities(const V8& wo) {
   const F8 left = F8(1.0f) - coat_albedo_;
   const F8 base = average(base_);
   p_coat_ = coat_albedo_;
-  p_gloss_ = left * (metal_ * average(metal_albedo_) + plastic_ * gloss_albedo_) + average(inner_coat(wo.z));
+  p_gloss_ =
+      left * (metal_ * average(metal_albedo_) + plastic_ * average(gloss_color_albedo_)) + average(inner_coat(wo.z));
   p_diffuse_ = left * plastic_ * diffuse_albedo_ * base;
   p_glass_ = left * glass_ * (F8(0.5f) + F8(0.5f) * base);
   if (sheet_) {
@@ -251,10 +266,10 @@ V8 Principled8::inner_coat(F8 cos_o) const {
 }
 
 V8 Principled8::gloss_fresnel(F8 cos_o, F8 balance) const {
-  const F8 plastic = plastic_ * gloss_ * fresnel(cos_o, gloss_eta_);
+  const F8 f = fresnel(cos_o, gloss_eta_);
+  const V8 plastic = colored_gloss(f, F8(1.0f) - f) * (plastic_ * gloss_);
   const V8 bounces = broadcast(Vec3(1)) + metal_kept_ * (balance - F8(1.0f));
-  return schlick(base_, schlick_weight(cos_o)) * bounces * metal_ + V8{plastic, plastic, plastic} +
-         inner_coat(cos_o) * balance;
+  return schlick(base_, schlick_weight(cos_o)) * bounces * metal_ + plastic + inner_coat(cos_o) * balance;
 }
 
 F8 Principled8::coat_fresnel(F8 cos_o) const {
@@ -351,8 +366,7 @@ M8 Principled8::transmits() const {
 }
 
 V8 Principled8::rough_albedo() const {
-  const F8 white_gloss = plastic_ * gloss_albedo_;
-  const V8 gloss = metal_albedo_ * metal_ + V8{white_gloss, white_gloss, white_gloss};
+  const V8 gloss = metal_albedo_ * metal_ + gloss_color_albedo_ * plastic_;
   V8 diffuse = base_ * (plastic_ * diffuse_albedo_);
   V8 through;
   if (sheet_) {

@@ -6,7 +6,7 @@
 // metal, gloss and coat are GGX. Metal has Schlick's Fresnel term, with the base colour at normal incidence. Gloss and
 // coat have Fresnel's equations for a dielectric, the coat with index 1.5. `specular` below .5 scales the gloss by
 // 2·specular. Above, it raises the index, so that the reflectance at normal incidence is ((ior − 1)/(ior + 1))² ·
-// 2·specular. Gloss is the same for ior and 1/ior. glass is a rough dielectric whose refraction has the base colour.
+// 2·specular. Gloss is the same for ior and 1/ior. A `specular_color` multiplies f0 in f0 + (1 − f0) (F − f0)/(1 − f0). glass is a rough dielectric whose refraction has the base colour.
 //
 // T and T' are the shares of light that a layer leaves to those below. They follow from the layer's directional albedo
 // E, so that white layers reflect all light. f is reciprocal.
@@ -73,6 +73,7 @@ struct PrincipledParameters8 {
   std::optional<PrincipledAnisotropy8> anisotropy = {};
   std::optional<PrincipledSheen8> sheen = {};
   std::optional<PrincipledSheet8> sheet = {};
+  std::optional<V8> specular_color = {};  ///< of gloss at normal incidence, each in [0, 1]
 };
 
 /// Lobes with alpha below ggx::kSmoothAlpha are delta. They are sampled, but omitted by eval and pdf. A lobe is chosen
@@ -105,6 +106,8 @@ class Principled8 {
   F8 sheen_leaves(const V8& wi, bool diffuse) const;
   /// Of metal, plastic, and the coat as seen from within glass. `balance`: g(wo) g(wi) of ggx_albedo.h, or 1.
   V8 gloss_fresnel(F8 cos_o, F8 balance) const;
+  /// Of a white gloss with the reflectance or albedo `white`, and 1 − `white` or its albedo for `rest`.
+  V8 colored_gloss(F8 white, F8 rest) const;
   /// Share of the light from within glass that the coat sends back.
   V8 inner_coat(F8 cos_o) const;
   F8 coat_fresnel(F8 cos_o) const;
@@ -131,13 +134,15 @@ class Principled8 {
   ggx::Facets8 facets_;  ///< of metal and gloss
   F8 alpha_;             ///< their mean alpha
   F8 coat_alpha_;
-  F8 metal_, plastic_, glass_;  ///< shares
-  V8 metal_kept_;               ///< κ of ggx_albedo.h
-  V8 metal_albedo_;             ///< from wo
-  F8 gloss_, gloss_eta_;        ///< weight and index of the plastic's gloss
+  F8 metal_, plastic_, glass_;    ///< shares
+  V8 metal_kept_;                 ///< κ of ggx_albedo.h
+  V8 metal_albedo_;               ///< from wo
+  F8 gloss_, gloss_eta_;          ///< weight and index of the plastic's gloss
+  std::optional<V8> gloss_less_;  ///< (1 − specular_color) f0/(1 − f0)
   M8 compensated_;
-  F8 coat_, coat_beyond_;  ///< on wo's side, and on the other side of glass
-  F8 gloss_albedo_, gloss_albedo_mean_;
+  F8 coat_, coat_beyond_;                ///< on wo's side, and on the other side of glass
+  F8 gloss_albedo_, gloss_albedo_mean_;  ///< of a white gloss: layers below get no light that its colour takes away
+  V8 gloss_color_albedo_;                ///< from wo
   M8 burley_;
   F8 roughness_;
   F8 diffuse_albedo_;  ///< of the plastic's white diffuse part, from wo

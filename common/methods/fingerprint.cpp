@@ -181,6 +181,8 @@ void add_materials(Scene& scene, double glow_exponent) {
                           .anisotropy = {0.5, -20},
                           .sheen_color = {{0.9f, 0.8f, 0.7f}, 1},
                           .sheen_roughness = 0.25,
+                          .specular_color = {{0.9f, 0.6f, 0.8f}, 1},
+                          .inner_reflectance = 0.4,
                           .specular_map = {0, ScalarMap::Channel::r},
                           .transmission_map = {0, ScalarMap::Channel::g},
                           .coat_map = {0, ScalarMap::Channel::b},

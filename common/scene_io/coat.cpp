@@ -5,26 +5,27 @@
 #include "common/materials/mean_reflectance.h"
 
 namespace lightmill {
-namespace {
-
-/// Mean reflectance for uniform light from inside. The mean transmittance from inside is 1/η² of that from outside.
 double inner_reflectance(double ior) {
+  // The mean transmittance from inside is 1/η² of that from outside.
   return std::clamp(1 - (1 - dielectric::mean_reflectance(ior)) / (ior * ior), 0.0, 1.0);
 }
 
-}  // namespace
-
-TexturedColor changed_albedo(const TexturedColor& albedo, const std::function<double(double)>& of) {
-  const auto value = [&](float color) {
-    const double out = albedo.texture == kNoTexture ? std::min(of(color), 1.0) : (color > 0 ? 2 * of(color / 2.0) : 0);
-    return static_cast<float>(out);
-  };
-  return {{value(albedo.rgb.r), value(albedo.rgb.g), value(albedo.rgb.b)}, albedo.texture};
+double below_coat(double albedo, double inner_reflectance) {
+  return albedo * (1 - inner_reflectance) / std::max(1 - albedo * inner_reflectance, 1e-9);
 }
 
-TexturedColor coated(const TexturedColor& albedo, double ior) {
-  const double inner = inner_reflectance(ior);
-  return changed_albedo(albedo, [&](double rho) { return rho * (1 - inner) / std::max(1 - rho * inner, 1e-9); });
+void set_base_color(PrincipledMaterial& out, const TexturedColor& albedo, const std::function<double(double)>& of,
+                    double inner_reflectance) {
+  const bool textured = albedo.texture != kNoTexture;
+  const double r = out.inner_reflectance = textured ? std::clamp(inner_reflectance, 0.0, kMaxInnerReflectance) : 0;
+  const auto value = [&](float color) {
+    if (!textured) {
+      return static_cast<float>(std::min(of(color), 1.0));
+    }
+    const double half = color > 0 ? of(color / 2.0) : 0;  // below_coat(half/(1 − r + r half), r) is half
+    return static_cast<float>(std::min(2 * half / (1 - r + r * half), 1.0));
+  };
+  out.base_color = {{value(albedo.rgb.r), value(albedo.rgb.g), value(albedo.rgb.b)}, albedo.texture};
 }
 
 }  // namespace lightmill

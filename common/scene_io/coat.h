@@ -7,12 +7,16 @@
 
 namespace lightmill {
 
-/// Applies `of` to each component. With a texture, this is exact for texels of 1/2.
-TexturedColor changed_albedo(const TexturedColor& albedo, const std::function<double(double)>& of);
+/// Sets the base colour to of(albedo). A texture gets an inner reflectance, because `of` is like `below_coat`. It is
+/// exact for texels of 1/2.
+void set_base_color(PrincipledMaterial& out, const TexturedColor& albedo, const std::function<double(double)>& of,
+                    double inner_reflectance);
 
-/// The albedo of a diffuse surface below a coat of this index, as the base colour of a principled material. Light that
-/// leaves the surface is partly reflected back inside. So its albedo ρ counts as ρ(1 − F)/(1 − ρF), with the mean inner
-/// reflectance F.
-TexturedColor coated(const TexturedColor& albedo, double ior);
+/// Mean reflectance of a smooth coat for uniform light from inside.
+double inner_reflectance(double ior);
+
+/// The albedo that a diffuse surface has below a coat of this inner reflectance. Light that leaves the surface is partly
+/// reflected back to it.
+double below_coat(double albedo, double inner_reflectance);
 
 }  // namespace lightmill

@@ -66,6 +66,10 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
   if (m.transmittance != defaults.transmittance) {
     to_wire_textured(m.transmittance, textures, p->mutable_transmittance());
   }
+  if (m.specular_color != defaults.specular_color) {
+    to_wire_textured(m.specular_color, textures, p->mutable_specular_color());
+  }
+  p->set_inner_reflectance(m.inner_reflectance);
   const auto put = [&](const ScalarMap& map, auto field) {
     if (map.texture != kNoTexture) {
       to_wire_map(map, textures, (p->*field)());
@@ -161,6 +165,9 @@ Result<PrincipledMaterial> principled_from_wire(const std::string& path, const v
   out.sheen_roughness = p.has_sheen_roughness() ? p.sheen_roughness() : out.sheen_roughness;
   LM_RETURN_IF_ERROR(
       optional_color(path + ".transmittance", p.has_transmittance(), p.transmittance(), textures, out.transmittance));
+  LM_RETURN_IF_ERROR(optional_color(path + ".specular_color", p.has_specular_color(), p.specular_color(), textures,
+                                    out.specular_color));
+  out.inner_reflectance = p.inner_reflectance();
   struct Map {
     const char* name;
     bool given;

@@ -13,7 +13,7 @@ from .nodes import output_of
 from .normals import read_displacement, read_normal
 from .principled import OLD, SHEEN_COLOR, SHEEN_ROUGHNESS
 from .textures import Textures
-from .values import Value, ValueReader, constant, luminance
+from .values import Value, ValueReader, constant, hue
 
 MOST_PARTS = 16  # of a mixture
 ENOUGH_BOUNCES = 16  # in volumes, for nearly all light
@@ -293,8 +293,13 @@ class MaterialMaker:
         burley = OLD and not numbers.get("lambert")
         if burley:
             ior, specular = self.old_gloss(numbers)
+        gloss_color = numbers.get("gloss_color")
+        if gloss_color is not None and gloss_color.is_constant():
+            most = max(float(np.max(gloss_color.rgb)), 1e-6)
+            gloss_color, specular = Value(gloss_color.rgb / most), specular * most
         if numbers["transmission"] == 0 and not numbers.get("lambert") and "specular" not in numbers.get("images", {}):
             ior, specular = index_of_gloss(ior, specular)
+        specular = min(specular, 1.0)
         roughness, directed = self.anisotropic(node, numbers["roughness"], numbers.get("anisotropy"))
         means = {"specular": specular, "coat": numbers["coat"], "coat_roughness": numbers["coat_roughness"]}
         out = {"base_color": self.color(color, node, vertex=True),
@@ -302,6 +307,8 @@ class MaterialMaker:
                **self.images_of_layers(node, numbers, means),
                **self.scalar(roughness, node, "roughness"), **self.scalar(metallic, node, "metallic"), **directed,
                **self.sheen(color, node, numbers)}
+        if gloss_color is not None:
+            out["specular_color"] = self.color(gloss_color, node)
         if burley and numbers["transmission"] < 1 and float(metallic.mean()[0]) < 1:
             out["burley_diffuse"] = True
         if not transmittance.is_black():
@@ -413,12 +420,6 @@ def surface(kind, fields, multiple):
 
 def is_rough(value):
     return not value.is_constant() or value.rgb[0] > 0
-
-
-def hue(rgb):
-    """Colours scaled to luminance 1. White for black."""
-    gray = luminance(rgb)
-    return np.where(gray > 0, rgb / np.where(gray > 0, gray, 1), 1)
 
 
 def index_of_gloss(ior, specular):

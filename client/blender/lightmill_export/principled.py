@@ -10,7 +10,7 @@ import numpy as np
 
 from . import anisotropy
 from .subsurface import body
-from .values import Value, constant, equal
+from .values import Value, constant, equal, hue
 
 OLD = bpy.app.version < (4, 0, 0)
 OLD_COAT = 0.25  # factor of the clearcoat's weight
@@ -39,8 +39,6 @@ def read(self, inside):
         images[name] = Value(value.rgb * factor, value.image)
         return min(max(float(value.mean()[0]), 0.0), 1.0) * factor
     self.without(inside, "Sheen Weight", "Thin Film Thickness", "Diffuse Roughness")
-    if OLD:
-        self.without(inside, "Specular Tint")
     metallic, transmission, opacity = scalar("Metallic"), number("Transmission Weight", "Transmission"), scalar("Alpha")
     skin = Skin(reader.color(inside.input("Base Color")))
     if transmission < 1 and not equal(metallic, constant(1.0)):
@@ -49,7 +47,8 @@ def read(self, inside):
                "specular": layer("specular", "Specular IOR Level", "Specular"), "ior": reader.number(inside.input("IOR"), node),
                "coat": layer("coat", "Coat Weight", "Clearcoat", factor=OLD_COAT if OLD else 1.0),
                "coat_roughness": layer("coat_roughness", "Coat Roughness", "Clearcoat Roughness"), "images": images,
-               "multiple": node.distribution == "MULTI_GGX", **sheen(reader, inside), **skin.numbers}
+               "multiple": node.distribution == "MULTI_GGX", **gloss_color(reader, inside, skin.base),
+               **sheen(reader, inside), **skin.numbers}
     if numbers["transmission"] > 0:
         self.without(inside, "Anisotropic")
     else:
@@ -75,6 +74,16 @@ def details(self, inside, numbers):
             self.without(inside, "Coat Tint")
     if numbers["transmission"] > 0 and OLD and not numbers["multiple"]:
         self.without(inside, "Transmission Roughness")
+
+
+def gloss_color(reader, inside, base):
+    """The colour of the gloss at normal incidence. Before Blender 4.0 it is mixed from white and the hue of the base."""
+    socket = inside.input("Specular Tint")
+    if not OLD:
+        value = reader.color(socket)
+        return {} if equal(value, constant(1.0)) else {"gloss_color": value}
+    tint = min(max(reader.number(socket, inside.node), 0.0), 1.0)
+    return {"gloss_color": reader.combine(lambda c: 1 - tint + tint * hue(c), [base], inside.node)} if tint > 0 else {}
 
 
 def sheen(reader, inside):

@@ -49,6 +49,12 @@ def luminance(rgb):
     return np.broadcast_to((rgb @ LUMINANCE)[..., None], rgb.shape)
 
 
+def hue(rgb):
+    """Colours scaled to luminance 1. White for black."""
+    gray = luminance(rgb)
+    return np.where(gray > 0, rgb / np.where(gray > 0, gray, 1), 1)
+
+
 class ValueReader:
     """Reads inputs of the nodes of one material, world or light."""
 

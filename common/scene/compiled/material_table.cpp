@@ -175,6 +175,10 @@ void MaterialTable::add(const Material& material, const Material& owner, const s
   coat_map_.add(maps.coat_map);
   coat_roughness_map_.add(maps.coat_roughness_map);
   sheen_roughness_map_.add(maps.sheen_roughness_map);
+  specular_color_.add(maps.specular_color);
+  has_specular_color_ |= maps.specular_color != PrincipledMaterial{}.specular_color;
+  push(inner_reflectance_, maps.inner_reflectance);
+  has_inner_reflectance_ |= maps.inner_reflectance > 0;
   opacity_.add(material.opacity, vertex_colors_);
   tinted_.push_back(tinted ? 1 : 0);
   emission_.add({{radiance.x, radiance.y, radiance.z}, material.emission.texture});
@@ -212,6 +216,12 @@ V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface,
 V8 MaterialTable::tinted_reflectance(const Surface8& surface, M8 lanes) const {
   const V8 color = at(reflectance_, surface, lanes);
   return select(tinted_.at(surface.material, lanes) == U8(1u), color * surface.color, color);
+}
+
+V8 MaterialTable::with_inner_reflectance(const V8& color, const Surface8& surface, M8 lanes) const {
+  const F8 inner = inner_reflectance_.at(surface.material, lanes), one(1.0f);
+  const auto seen = [&](F8 b) { return b * (one - inner) / (one - b * inner); };
+  return {seen(color.x), seen(color.y), seen(color.z)};
 }
 
 /// Principled sheets reflect a share of the light that they do not transmit. Around a medium they have their base colour.

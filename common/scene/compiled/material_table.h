@@ -73,7 +73,8 @@ class MaterialTable {
   }
   /// The reflectance of diffuse surfaces and mirrors. For other kinds, their base colour.
   V8 reflectance(const Surface8& surface, M8 lanes) const {
-    return vertex_colors_ ? tinted_reflectance(surface, lanes) : at(reflectance_, surface, lanes);
+    const V8 color = vertex_colors_ ? tinted_reflectance(surface, lanes) : at(reflectance_, surface, lanes);
+    return has_inner_reflectance_ ? with_inner_reflectance(color, surface, lanes) : color;
   }
   /// The approximate share of light that each channel scatters. 1 for clear glass.
   V8 albedo(const Surface8& surface, M8 lanes) const {
@@ -131,6 +132,9 @@ class MaterialTable {
     if (has_principled_sheets_) {
       out.sheet = {masked(lanes, at(specular_, surface, lanes)), lanes & (principled_.closed.at(row, lanes) == U8(1u))};
     }
+    if (has_specular_color_) {
+      out.specular_color = at(specular_color_, surface, lanes);
+    }
     if (has_sheen_) {
       out.sheen = {masked(lanes, at(sheen_, surface, lanes)),
                    times(principled_.sheen_roughness.at(row, lanes), sheen_roughness_map_, surface, lanes)};
@@ -173,6 +177,8 @@ class MaterialTable {
     return column.textured ? rgb * texture_at(column, surface, footprint, lanes, most) : rgb;
   }
   V8 tinted_reflectance(const Surface8& surface, M8 lanes) const;
+  /// Base colours below surfaces that send light back.
+  V8 with_inner_reflectance(const V8& color, const Surface8& surface, M8 lanes) const;
   /// The albedo where some surfaces are principled sheets.
   V8 with_sheets(const V8& color, const V8& second, const Surface8& surface, M8 lanes) const;
   V8 texture_at(const ColorColumn& column, const Surface8& surface, F8 footprint, M8 lanes, float most) const;
@@ -223,12 +229,13 @@ class MaterialTable {
   Column<std::uint32_t> mixed_;                            ///< of parts of mixtures: these bits
   Column<std::uint32_t> emits_;                            ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_, sheen_;  ///< specular_ is also the transmittance of sheets
+  ColorColumn specular_color_;                             ///< of principled materials; else white
   MapColumn roughness_map_, metallic_map_, factor_map_;
   MapColumn specular_map_, transmission_map_, coat_map_, coat_roughness_map_, sheen_roughness_map_;
   OpacityColumn opacity_;
   bool has_specular_ = false, has_mixtures_ = false;
   bool vertex_colors_ = false;
-  Column<float> ior_, emission_exponent_, anisotropy_;
+  Column<float> ior_, emission_exponent_, anisotropy_, inner_reflectance_;
   Column<std::uint32_t> light_group_;
   Column<std::uint32_t> single_scattering_;  ///< 0 or 1
   bool has_emission_profiles_ = false;       ///< an exponent is not 0
@@ -256,6 +263,7 @@ class MaterialTable {
     Column<std::uint32_t> closed;  ///< 1: a sheet around a medium
   } principled_;
   bool has_burley_ = false, has_anisotropy_ = false, has_sheen_ = false, has_principled_sheets_ = false;
+  bool has_specular_color_ = false, has_inner_reflectance_ = false;
 };
 
 }  // namespace lightmill

@@ -17,7 +17,7 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                           out.insert(out.end(), {&m.diffuse, &m.specular});
                         },
                         [&](const PrincipledMaterial& m) {
-                          out.insert(out.end(), {&m.base_color, &m.sheen_color, &m.transmittance});
+                          out.insert(out.end(), {&m.base_color, &m.sheen_color, &m.transmittance, &m.specular_color});
                         },
                         [&](const MixtureMaterial& m) {
                           for (const Material* part : {m.first.get(), m.second.get()}) {

@@ -13,7 +13,8 @@
 
 namespace lightmill {
 
-inline constexpr double kMaxIor = 10;              ///< of a dielectric
+inline constexpr double kMaxIor = 10;  ///< of a dielectric
+inline constexpr double kMaxInnerReflectance = 0.99;
 inline constexpr double kMaxComplexIndex = 1000;   ///< of a metal's n and k
 inline constexpr double kMaxPhongExponent = 1e6;   ///< single precision has no direction for larger ones
 inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
@@ -144,6 +145,10 @@ struct PrincipledMaterial {
   TexturedColor sheen_color = {};  ///< each in [0, 1]; black: no sheen
   double sheen_roughness = 0.5;    ///< in [0, 1]
   TexturedColor transmittance{};   ///< share of diffuse light that goes to the other side of a sheet, each in [0, 1]
+  TexturedColor specular_color{1, 1, 1};  ///< of gloss at normal incidence, each in [0, 1]
+  /// Share r of light from the diffuse part that returns to it, in [0, kMaxInnerReflectance]. Its colour is
+  /// b (1 − r)/(1 − b r), with the base colour b (Saunderson 1942).
+  double inner_reflectance = 0;
   // They multiply the number of their name.
   ScalarMap specular_map = {}, transmission_map = {}, coat_map = {}, coat_roughness_map = {}, sheen_roughness_map = {};
 

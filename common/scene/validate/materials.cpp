@@ -61,6 +61,8 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
   }
   LM_RETURN_IF_ERROR(check_reflectance(path + ".sheen_color", m.sheen_color.rgb));
   LM_RETURN_IF_ERROR(check_reflectance(path + ".transmittance", m.transmittance.rgb));
+  LM_RETURN_IF_ERROR(check_reflectance(path + ".specular_color", m.specular_color.rgb));
+  LM_RETURN_IF_ERROR(check_range(path + ".inner_reflectance", m.inner_reflectance, 0, kMaxInnerReflectance));
   LM_RETURN_IF_ERROR(check_anisotropy(path, m.anisotropy));
   for (const auto& [name, map, number] : {std::tuple{"specular", m.specular_map, m.specular},
                                           {"transmission", m.transmission_map, m.transmission},

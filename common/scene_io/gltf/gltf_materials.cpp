@@ -189,27 +189,33 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   const JsonNode specular = extensions["KHR_materials_specular"];
   const double factor = specular["specularFactor"].number(1, 0, 1);
   const auto color = specular["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
-  if (color[0] != color[1] || color[1] != color[2]) {
-    notices_.once("coloured highlights of plastic are rendered in white, with the same mean");
+  const double most = std::max({color[0], color[1], color[2]});
+  out.specular = most > 0 ? factor / 2 : 0;
+  if (most > 0) {
+    out.specular_color = {to_rgb({color[0] / most, color[1] / most, color[2] / most}),
+                          texture(specular["specularColorTexture"], TextureImage::ColorSpace::srgb)};
   }
-  const double mean = (color[0] + color[1] + color[2]) / 3;
-  out.specular = std::min(factor * mean / 2, 1.0);
-  if (factor * mean > 0) {
+  if (out.specular > 0) {
     out.specular_map = scalar_map(specular["specularTexture"], ScalarMap::Channel::alpha);
   }
   out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
-  if (out.ior > 0) {
+  if (out.transmission > 0) {
+    if (out.ior == 0) {
+      notices_.left_out("an index of refraction of 0 where light is transmitted: it is 1.5");
+      out.ior = 1.5;
+    }
+    out.specular = std::min(factor * most / 2, 1.0);
     return;
   }
-  if (out.transmission > 0) {
-    notices_.left_out("an index of refraction of 0 where light is transmitted: it is 1.5");
-    out.ior = 1.5;
+  if (most == 1 && out.ior > 0) {
     return;
   }
   // The index with this reflectance at normal incidence. `specular` adds what the largest index lacks.
-  const double root = std::min(std::sqrt(std::min(mean, 1.0)), (kMaxIor - 1) / (kMaxIor + 1));
+  const double of_ior = out.ior > 0 ? std::abs(out.ior - 1) / (out.ior + 1) : 1;
+  const double reflectance = std::min(most * of_ior * of_ior, 1.0);
+  const double root = std::min(std::sqrt(reflectance), (kMaxIor - 1) / (kMaxIor + 1));
   out.ior = std::min((1 + root) / (1 - root), kMaxIor);
-  out.specular = root > 0 ? factor * std::min(mean, 1.0) / (2 * root * root) : 0;
+  out.specular = root > 0 ? factor * reflectance / (2 * root * root) : 0;
 }
 
 void GltfMaterials::set_anisotropy(const JsonNode& from, PrincipledMaterial& out) {
@@ -264,11 +270,10 @@ void GltfMaterials::set_diffuse_transmission(const JsonNode& from, PrincipledMat
 
 void GltfMaterials::say_left_out(const JsonNode& from) {
   const JsonNode extensions = from["extensions"];
-  const std::array<std::pair<JsonNode, std::string_view>, 4> parts{
+  const std::array<std::pair<JsonNode, std::string_view>, 3> parts{
       {{from["occlusionTexture"], "occlusion maps (light is followed instead)"},
        {extensions["KHR_materials_volume"]["thicknessTexture"], "textures of thickness (the shape itself counts)"},
-       {extensions["KHR_materials_clearcoat"]["clearcoatNormalTexture"], "normal maps of clearcoats"},
-       {extensions["KHR_materials_specular"]["specularColorTexture"], "textures of the colour of highlights"}}};
+       {extensions["KHR_materials_clearcoat"]["clearcoatNormalTexture"], "normal maps of clearcoats"}}};
   for (const auto& [part, what] : parts) {
     if (part.present()) {
       notices_.left_out(what);

@@ -244,25 +244,27 @@ void MitsubaMaterials::conductor(const MitsubaObject& from, Material& out) {
 
 /// Mitsuba's diffuse part is ρ T(wi) T(wo) / (π η² (1 − F)), and that of a principled material
 /// ρ (1 − E(wi)) (1 − E(wo)) / (π (1 − E_mean)). Both are equally bright in uniform light.
-TexturedColor MitsubaMaterials::below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double ior,
-                                                 double alpha) {
+void MitsubaMaterials::set_base_below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double alpha,
+                                                 PrincipledMaterial& out) {
   constexpr std::size_t kMaxCoats = 1000;  // computing one takes time
   const bool beckmann = has_beckmann_facets(from);
+  const double ior = out.ior;
   const auto [found, added] = coats_.try_emplace({ior, alpha, beckmann});
   if (coats_.size() > kMaxCoats) {
     from.fail("alpha", fmt::format("at most {} different rough plastics can be rendered", kMaxCoats));
-    return albedo;
+    return;
   }
   RoughCoat& coat = found->second;
   if (added) {
     coat = rough_coat(ior, alpha, beckmann ? CoatFacets::beckmann : CoatFacets::ggx);
   }
   const bool nonlinear = from.boolean("nonlinear", false);
-  return changed_albedo(albedo, [&](double rho) {
-    const double below = rho * coat.enters * coat.enters /
-                         (ior * ior * (1 - (nonlinear ? rho : 1) * coat.reflects_inside) * (1 - coat.reflects));
-    return below >= 0 && below < rho ? below : rho;
-  });
+  const auto below = [&](double rho) {
+    const double seen = rho * coat.enters * coat.enters /
+                        (ior * ior * (1 - (nonlinear ? rho : 1) * coat.reflects_inside) * (1 - coat.reflects));
+    return seen >= 0 && seen < rho ? seen : rho;
+  };
+  set_base_color(out, albedo, below, nonlinear ? coat.reflects_inside : 0);
 }
 
 /// A smooth coat is that of a principled material. If it is nonlinear, ρ is the albedo below the coat.
@@ -271,13 +273,16 @@ void MitsubaMaterials::plastic(const MitsubaObject& from, Material& out) {
   PrincipledMaterial kind;
   kind.ior = textures_.ior(from, "polypropylene");
   kind.roughness = roughness(from);
-  kind.base_color = textures_.color(from, "diffuse_reflectance", {0.5f, 0.5f, 0.5f});
+  const TexturedColor albedo = textures_.color(from, "diffuse_reflectance", {0.5f, 0.5f, 0.5f});
+  kind.base_color = albedo;
   if (kind.roughness > 0) {
     const double alpha = kind.roughness * kind.roughness / (has_beckmann_facets(from) ? kBeckmannToGgx : 1);
-    kind.base_color = below_rough_coat(from, kind.base_color, kind.ior, alpha);
+    set_base_below_rough_coat(from, albedo, alpha, kind);
     out.single_scattering = true;
   } else if (from.boolean("nonlinear", false)) {
-    kind.base_color = coated(kind.base_color, kind.ior);
+    const double inner = inner_reflectance(kind.ior);
+    set_base_color(
+        kind, albedo, [&](double rho) { return below_coat(rho, inner); }, inner);
   }
   require_one(from, "specular_reflectance");
   out.kind = kind;

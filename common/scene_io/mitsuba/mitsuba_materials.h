@@ -37,7 +37,8 @@ class MitsubaMaterials {
   void plastic(const MitsubaObject& from, Material& out);
   void principled(const MitsubaObject& from, MitsubaSurface& out);
   /// The base colour of a principled material that is as bright as rough plastic.
-  TexturedColor below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double ior, double alpha);
+  void set_base_below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double alpha,
+                                 PrincipledMaterial& out);
   /// alpha of GGX along u and v. 0 for smooth types.
   std::array<double, 2> alphas(const MitsubaObject& from);
   /// √alpha of GGX, for kinds that are always isotropic: the mean of both directions, with a notice.

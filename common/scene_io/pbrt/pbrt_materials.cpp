@@ -50,7 +50,7 @@ Medium below_surface(Medium medium, double ior) {
     const double extinction = double{medium.absorption.*channel} + medium.scattering.*channel;
     const double albedo = extinction > 0 ? medium.scattering.*channel / extinction : 0;
     const auto share = static_cast<float>(returned_share(albedo, medium.anisotropy));
-    const double below = coated({share, share, share}, ior).rgb.r;
+    const double below = below_coat(share, inner_reflectance(ior));
     const double scattering = extinction * scattering_albedo(below, medium.anisotropy);
     medium.scattering.*channel = static_cast<float>(scattering);
     medium.absorption.*channel = static_cast<float>(extinction - scattering);
@@ -283,29 +283,31 @@ void PbrtMaterials::subsurface(const PbrtParameters& from, Material& out) {
 /// away, as of a medium with an extinction of 1. A rough coat loses the light that meets several of its facets. A
 /// principled material's diffuse part is ρ (1 − E(wi)) (1 − E(wo)) / (π (1 − E_mean)). Both are equally bright in uniform
 /// light.
-TexturedColor PbrtMaterials::below_coat(const PbrtParameters& from, const TexturedColor& albedo, double ior,
-                                        double alpha) {
+void PbrtMaterials::set_base_below_coat(const PbrtParameters& from, const TexturedColor& albedo,
+                                        PrincipledMaterial& out) {
   constexpr std::size_t kMaxCoats = 1000;  // computing one takes time
   const bool empty = !from.has("albedo");
   const PbrtValue depth = textures_.number(from, "thickness", 0.01);
   const double thickness = empty && !depth.varies() ? std::clamp<double>(depth.color.r, 0, 1e3) : 0;
   const std::int64_t times =
       (from.whole("maxdepth", 10, 0, 1'000'000) + 1) / 2;  // every other step ends below the coat
+  const double ior = out.ior, alpha = out.roughness * out.roughness;
   const auto [found, added] = coats_.try_emplace({ior, alpha, thickness});
   if (coats_.size() > kMaxCoats) {
     from.fail("roughness", fmt::format("at most {} different coats can be rendered", kMaxCoats));
-    return albedo;
+    return;
   }
   RoughCoat& coat = found->second;
   if (added) {
     coat = rough_coat(ior, alpha, CoatFacets::ggx_correlated, thickness);
   }
-  return changed_albedo(albedo, [&](double rho) {
+  const auto below = [&](double rho) {
     const double again = rho * coat.reflects_inside;
     const double sum = again < 1 ? (1 - std::pow(again, times)) / (1 - again) : static_cast<double>(times);
-    const double below = rho * coat.enters * coat.enters * sum / (ior * ior * (1 - coat.reflects));
-    return below >= 0 && below < rho ? below : rho;
-  });
+    const double seen = rho * coat.enters * coat.enters * sum / (ior * ior * (1 - coat.reflects));
+    return seen >= 0 && seen < rho ? seen : rho;
+  };
+  set_base_color(out, albedo, below, coat.reflects_inside);
 }
 
 void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {
@@ -315,7 +317,7 @@ void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {
   kind.roughness = roughness(from, "");
   out.single_scattering = kind.roughness > 0;
   const PbrtValue base = textures_.color(from, "reflectance", {0.5f, 0.5f, 0.5f});
-  kind.base_color = below_coat(from, textured(base), kind.ior, kind.roughness * kind.roughness);
+  set_base_below_coat(from, textured(base), kind);
   out.kind = kind;
   if (const PbrtValue medium = textures_.color(from, "albedo", {0, 0, 0}); medium.varies() || !is_black(medium.color)) {
     notices_.left_out("the scattering medium in coats");

@@ -40,7 +40,7 @@ class PbrtMaterials {
   ConductorMaterial conductor(const PbrtParameters& from, const std::string& prefix);
   void subsurface(const PbrtParameters& from, Material& out);
   void coated_diffuse(const PbrtParameters& from, Material& out);
-  TexturedColor below_coat(const PbrtParameters& from, const TexturedColor& albedo, double ior, double alpha);
+  void set_base_below_coat(const PbrtParameters& from, const TexturedColor& albedo, PrincipledMaterial& out);
   void coated_conductor(const PbrtParameters& from, Material& out);
   /// alpha of GGX along u and v. Textures are left out, with a notice.
   std::array<double, 2> alphas(const PbrtParameters& from, const std::string& prefix) const;

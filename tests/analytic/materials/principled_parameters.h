@@ -16,6 +16,7 @@ struct Parameters {
   float sheen_roughness = 0.5f;
   Vec3 transmittance{0};
   bool closed = false;
+  Vec3 specular_color{1};
 
   PrincipledParameters8 in_lanes() const {
     return {broadcast(base_color),
@@ -30,7 +31,8 @@ struct Parameters {
             M8(burley),
             PrincipledAnisotropy8{F8(anisotropy), M8(true)},
             PrincipledSheen8{broadcast(sheen_color), F8(sheen_roughness)},
-            PrincipledSheet8{broadcast(transmittance), M8(closed)}};
+            PrincipledSheet8{broadcast(transmittance), M8(closed)},
+            broadcast(specular_color)};
   }
   Principled8 seen_from(const V8& wo, M8 front = M8(true)) const {
     return {in_lanes(), select(front, F8(ior), F8(1 / ior)), wo, front};

@@ -13,6 +13,7 @@ std::vector<Parameters> many() {
     all.push_back({.roughness = roughness});
     all.push_back({.base_color = Vec3(1), .roughness = roughness});
     all.push_back({.base_color = Vec3(1), .roughness = roughness, .specular = 1, .ior = 2});
+    all.push_back({.base_color = Vec3(0.5f), .roughness = roughness, .ior = 2, .specular_color = {0, 0.4f, 1}});
     all.push_back({.base_color = {1, 1, 1}, .metallic = 1, .roughness = roughness});
     all.push_back({.base_color = {0.9f, 0.6f, 0.3f}, .metallic = 0.5f, .roughness = roughness});
     all.push_back({.base_color = Vec3(1), .roughness = roughness, .transmission = 1});
@@ -272,6 +273,29 @@ TEST(Principled, GlossAndCoatReflectByFresnelsEquations) {
   }
   EXPECT_NEAR(black_reflects({.roughness = 0, .specular = 1}, 0), 0.08, 1e-6);
   EXPECT_EQ(black_reflects({.roughness = 0, .ior = 1}, 60), 0);
+}
+
+TEST(Principled, ColouredGlossIsWhiteAtGrazingAngles) {
+  // f0 c + (1 − f0 c) g, with the share g = (F − f0)/(1 − f0) of the way from normal incidence.
+  for (const auto& [degrees, reflectance] : kFresnel) {
+    for (const float color : {0.0f, 0.3f, 1.0f}) {
+      const Parameters p{.roughness = 0, .specular_color = {1, color, 1}};
+      const double f0 = 0.04 * color, grazing = (reflectance - 0.04) / 0.96;
+      EXPECT_NEAR(black_reflects(p, degrees), f0 * (1 - grazing) + grazing, 2e-6) << degrees << " " << color;
+    }
+  }
+}
+
+TEST(Principled, ColouredGlossHasTheAlbedoThatItStates) {
+  for (const float roughness : {0.3f, 0.7f, 1.0f}) {
+    for (const double degrees : {10.0, 50.0, 80.0}) {
+      const Vec3d wo = tilted(degrees);
+      const Parameters p{.base_color = Vec3(0), .roughness = roughness, .ior = 2, .specular_color = Vec3(0.25f)};
+      const Principled8 bsdf = p.seen_from(to_lanes(wo));
+      const Albedo a = directional_albedo(bsdf, wo, grid_for(p, wo, 2), 11);
+      EXPECT_NEAR(Lanes(bsdf.rough_albedo().x)[0], a.by_sampling, 5 * a.standard_error + 2e-3) << roughness << degrees;
+    }
+  }
 }
 
 TEST(GgxAlbedo, IsWhatGlossReflects) {

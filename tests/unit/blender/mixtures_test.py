@@ -244,6 +244,23 @@ class Mixtures(unittest.TestCase):
         self.assertEqual(made["ior"], 1.5)
         self.assertAlmostEqual(made["specular"], 0.25, 6)
 
+    def test_the_tint_of_gloss_is_its_colour(self):
+        n = self.nodes
+        if OLD:
+            # The hue of (0.8, 0.2, 0.1) has luminance 1: over 0.31996 it is (2.5, 0.625, 0.3125), and mixed with white by a half.
+            made = n.export(n.principled((0.8, 0.2, 0.1), Specular=0.5, **{"Specular Tint": 0.5}))["principled"]
+            luminance = 0.2126 * 0.8 + 0.7152 * 0.2 + 0.0722 * 0.1
+            color = [0.5 + 0.5 * c / luminance for c in (0.8, 0.2, 0.1)]
+        else:
+            made = n.export(n.principled(RED, **{"Specular IOR Level": 0.5, "Specular Tint": (0.5, 0.25, 0.125)}))["principled"]
+            color = [0.5, 0.25, 0.125]
+        for got, wanted in zip(made["specular_color"]["rgb"], color):
+            self.assertAlmostEqual(got, wanted / color[0], 3)
+        reflectance = ((made["ior"] - 1) / (made["ior"] + 1)) ** 2
+        self.assertAlmostEqual(reflectance, 0.04 * color[0], 4)
+        self.assertFalse(any("Tint" in text for text in n.notices.texts), n.notices.texts)
+        self.assertNotIn("specular_color", n.export(n.principled(RED))["principled"])
+
     def test_another_direction_of_anisotropy_is_named(self):
         n = self.nodes
         first, second = (n.add("BsdfAnisotropic", Color=WHITE, Roughness=0.5, Anisotropy=0.5) for _ in range(2))

@@ -76,6 +76,26 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
   }
 }
 
+TEST(MaterialTable, LightThatReturnsToTheBaseDeepensItsColour) {
+  // b (1 − r)/(1 − b r), and nothing for the other materials.
+  Scene scene;
+  scene.materials.resize(3);
+  scene.materials[0].kind = PrincipledMaterial{.base_color = {0.5f, 0, 1}, .inner_reflectance = 0.5};
+  scene.materials[1].kind = PrincipledMaterial{.base_color = {0.5f, 0, 1}, .specular_color = {1, 0.5f, 0}};
+  scene.materials[2].kind = DiffuseMaterial{{0.5f, 0, 1}};
+  const MaterialTable table(scene, material_rows(scene), {}, std::vector<Vec3>(scene.materials.size()));
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    Surface8 surface{};
+    surface.material = U8(i);
+    const V8 color = table.reflectance(surface, M8(true));
+    EXPECT_EQ((color.x == F8(i == 0 ? 1 / 3.0f : 0.5f)).bits(), 0xff) << i;
+    EXPECT_EQ((color.y == F8(0.0f)).bits() & (color.z == F8(1.0f)).bits(), 0xff) << i;
+    if (i < 2) {
+      EXPECT_EQ((table.principled(surface, M8(true)).specular_color->y == F8(i == 0 ? 1 : 0.5f)).bits(), 0xff) << i;
+    }
+  }
+}
+
 TEST(MaterialTable, SheetsAroundAMediumAreClosed) {
   const PrincipledMaterial sheet{.base_color = {0.5f, 0.5f, 0.5f}, .transmittance = {0.25f, 0.5f, 1}};
   Scene scene;

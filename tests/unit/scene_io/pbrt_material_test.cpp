@@ -106,6 +106,25 @@ TEST(PbrtMaterials, CoatedDiffuseHasTheAlbedoOfItsLayers) {
   EXPECT_LT(albedo(1, 1000, 0, 0.5), 0.9);  // light that meets several facets is lost
 }
 
+TEST(PbrtMaterials, ImagesBelowCoatsHaveTheInnerReflectance) {
+  // A smooth coat of no thickness changes each texel ρ to ρ (1 − r)/(1 − ρ r), so the image stays as it is.
+  const auto coated = [](int depth, double scale) {
+    return std::get<PrincipledMaterial>(
+        pbrt_material(fmt::format(R"(Texture "i" "spectrum" "imagemap" "string filename" "a.png" "float scale" {}
+Material "coateddiffuse" "texture reflectance" "i" "integer maxdepth" {} "float thickness" 0 "float roughness" 0)",
+                                  scale, depth))
+            .kind);
+  };
+  const PrincipledMaterial all = coated(1000, 1), dark = coated(1000, 0.25), few = coated(1, 1);
+  EXPECT_EQ(all.base_color.texture, 0u);
+  EXPECT_NEAR(all.inner_reflectance, 0.5963, 1e-3);
+  EXPECT_NEAR(all.base_color.rgb.r, 1, 2e-3);
+  EXPECT_NEAR(dark.base_color.rgb.g, 0.25, 2e-3);
+  // With one step, ρ counts as ρ (1 − r), which is exact for texels of 1/2.
+  const double base = few.base_color.rgb.b / 2, r = few.inner_reflectance;
+  EXPECT_NEAR(base * (1 - r) / (1 - base * r), 0.5 * (1 - 0.5963), 1e-3);
+}
+
 TEST(PbrtMaterials, CoatedConductorIsCoatedMetal) {
   const auto kind = std::get<PrincipledMaterial>(
       pbrt_material("Material \"coatedconductor\" \"rgb conductor.eta\" [1.5 1.5 1.5] \"rgb conductor.k\" [3 3 3]")

@@ -67,7 +67,8 @@ TEST(MaterialJson, ConductorsAreReadByNumbersOrByName) {
 TEST(MaterialJson, PrincipledMaterialsAreRead) {
   const auto all = std::get<PrincipledMaterial>(
       read(R"("principled": {"base_color": {"rgb": [0.1, 0.2, 0.3]}, "metallic": 0.1, "roughness": 0, "specular": 0,
-"transmission": 0.2, "ior": 1.3, "coat": 0.4, "coat_roughness": 0, "burley_diffuse": true})")
+"transmission": 0.2, "ior": 1.3, "coat": 0.4, "coat_roughness": 0, "burley_diffuse": true,
+"specular_color": {"rgb": [1, 0.5, 0.25]}, "inner_reflectance": 0.6})")
           .kind);
   EXPECT_EQ(all.base_color, (RgbColor{0.1f, 0.2f, 0.3f}));
   EXPECT_EQ(all.metallic, 0.1);
@@ -78,17 +79,23 @@ TEST(MaterialJson, PrincipledMaterialsAreRead) {
   EXPECT_EQ(all.coat, 0.4);
   EXPECT_EQ(all.coat_roughness, 0);
   EXPECT_TRUE(all.burley_diffuse);
+  EXPECT_EQ(all.specular_color, (RgbColor{1, 0.5f, 0.25f}));
+  EXPECT_EQ(all.inner_reflectance, 0.6);
   const auto none = std::get<PrincipledMaterial>(read(R"("principled": {})").kind);
   EXPECT_EQ(none.roughness, 0.5);
   EXPECT_EQ(none.specular, 0.5);
   EXPECT_EQ(none.ior, 1.5);
   EXPECT_EQ(none.coat_roughness, 0.03);
   EXPECT_FALSE(none.burley_diffuse);
+  EXPECT_EQ(none.specular_color, (RgbColor{1, 1, 1}));
+  EXPECT_EQ(none.inner_reflectance, 0);
   EXPECT_EQ(none.anisotropy, Anisotropy{});
   EXPECT_EQ(none.sheen_color, TexturedColor{});
   EXPECT_EQ(none.sheen_roughness, 0.5);
   EXPECT_EQ(material_error(R"("principled": {"coat": 2})"),
             "m.json:2:52: materials[0].principled.coat: must be in [0, 1], got 2");
+  EXPECT_EQ(material_error(R"("principled": {"inner_reflectance": 1})"),
+            "m.json:2:65: materials[0].principled.inner_reflectance: must be in [0, 0.99], got 1");
   EXPECT_EQ(material_error(R"("principled": {"ior": 0})"),
             "m.json:2:51: materials[0].principled.ior: must be in (0, 10], got 0");
 }

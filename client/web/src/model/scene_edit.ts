@@ -195,7 +195,9 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .number('anisotropyRotationDegrees', 'Rotation of the anisotropy', 0, -1e4, 1e4, 1, true)
         .color('sheenColor', 'Sheen', kBlack)
         .share('sheenRoughness', 'Sheen roughness', 0.5)
-        .color('transmittance', 'Transmittance', kBlack).found;
+        .color('transmittance', 'Transmittance', kBlack)
+        .color('specularColor', 'Gloss colour', kWhite)
+        .number('innerReflectance', 'Inner reflectance', 0, 0, 0.99, 0.01).found;
     case 'mixture':
       return mixtureSlots(kind.value, (value) => put({case: 'mixture', value}));
     case 'shadowCatcher':
