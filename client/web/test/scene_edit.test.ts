@@ -96,7 +96,7 @@ test('each slot of every kind changes only its own value', () => {
   expect(slots).toBeGreaterThan(45);
   const count = (title: string) => groupsOf(scene).find((group) => group.title === title)!.slots.map((slot) => slot.label);
   expect(count('glass')).toEqual(['Index of refraction', 'Roughness', 'Absorption per unit', 'Scattering per unit', 'Anisotropy', 'Emission']);
-  expect(count('paint')).toEqual(['Colour', 'Metallic', 'Roughness', 'Specular', 'Transmission', 'Index of refraction', 'Coat', 'Coat roughness', "Burley's diffuse part", 'Anisotropy', 'Rotation of the anisotropy', 'Sheen', 'Sheen roughness', 'Transmittance', 'Emission']);
+  expect(count('paint')).toEqual(['Colour', 'Metallic', 'Roughness', 'Specular', 'Transmission', 'Index of refraction', 'Coat', 'Coat roughness', "Burley's diffuse part", 'Anisotropy', 'Rotation of the anisotropy', 'Sheen', 'Sheen roughness', 'Transmittance', 'Gloss colour', 'Inner reflectance', 'Emission']);
   expect(count('worn')).toEqual(['Share of the second part', 'First: Colour', 'Second: Share of the second part', 'Second: First: Colour', 'Second: First: Transmittance', 'Second: First: Roughness', 'Second: Second: Diffuse', 'Second: Second: Specular', 'Second: Second: Exponent', 'Emission']);
   expect(count('catcher')).toEqual([]);
   expect(count('lamp')).toEqual(['Colour', 'Transmittance', 'Roughness', 'Emission', 'Emission exponent', 'Emits on both sides']);
