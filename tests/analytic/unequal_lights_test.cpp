@@ -101,7 +101,7 @@ TEST(UnequalLights, AWeakOneAmongManyIsNotStarvedByStrongOnesBehindAWall) {
 
 /// Two rooms with a wall between them. The camera is in the right one. Each has `lights` points below its ceiling. Those
 /// of the left room are `stronger` times as strong.
-TestScene two_rooms(int lights, double stronger) {
+TestScene two_rooms(int lights, double stronger, const std::string& meters = "") {
   std::string points;
   for (int i = 0; i < lights; ++i) {
     for (const int room : {0, 1}) {
@@ -116,8 +116,8 @@ TestScene two_rooms(int lights, double stronger) {
   return TestScene::from_text(
       fmt::format(R"({{"camera": {{"eye": [9.5, 1.6, 4.5], "look_at": [6, 1.2, 1.5], "vertical_fov_degrees": 65}},
                        "film": {{"width": 48, "height": 32}},
-                       "materials": [{}], "objects": [{}, {}], "lights": [{}]}})",
-                  diffuse("grey", 0.6), mesh("grey", "rooms.obj"), mesh("grey", "wall.obj"), points),
+                       "materials": [{}], "objects": [{}, {}], "lights": [{}], "meters": [{}]}})",
+                  diffuse("grey", 0.6), mesh("grey", "rooms.obj"), mesh("grey", "wall.obj"), points, meters),
       {{"rooms.obj", box(0, 10, 0, 3, 0, 5)}, {"wall.obj", box(4.95, 5.05, -0.1, 3.1, -0.1, 5.1)}});
 }
 
@@ -141,20 +141,33 @@ TEST(UnequalLights, StrongOnesBehindAWallAddLittleNoise) {
   }
 }
 
-TEST(UnequalLights, VisibilitiesAreLearnedWhereTheyMatterAlone) {
-  EXPECT_FALSE(two_rooms(8, 0).compiled()->lights().choice().has_visibility());
-  const std::shared_ptr<const CompiledScene> rooms = two_rooms(8, 1000).compiled();
-  EXPECT_TRUE(rooms->lights().choice().has_visibility());
-  const LightTable& lights = rooms->lights();
-  const V8 p = broadcast(Vec3(rooms->frame().to_frame({7, 0.01, 2.5})));
+/// The probability that a place on the floor draws a light of the left room.
+double share_of_the_left_room(const TestScene& rooms, double x) {
+  const std::shared_ptr<const CompiledScene> scene = rooms.compiled();
+  const V8 p = broadcast(Vec3(scene->frame().to_frame({x, 0.01, 2.5})));
   double left = 0, right = 0;
   for (std::uint32_t i = 0; i < 16; ++i) {  // one in each room by turns
     alignas(32) float pmf[8];
-    lights.choice_pmf(p, U8(i), M8(true)).store(pmf);
+    scene->lights().choice_pmf(p, U8(i), M8(true)).store(pmf);
     (i % 2 == 0 ? left : right) += pmf[0];
   }
   EXPECT_NEAR(left + right, 1, 1e-5);
-  EXPECT_GT(right, 0.5);  // without visibilities it would be about 0.1
+  return left;
+}
+
+TEST(UnequalLights, VisibilitiesAreLearnedAtMetersToo) {
+  // The camera is in the right room. Weak lights are in the left one.
+  const std::string meter = R"({"name": "m", "irradiance": {"point": [2, 0.01, 2.5], "normal": [0, 1, 0]}})";
+  EXPECT_GT(share_of_the_left_room(two_rooms(8, 1e-3, meter), 2), 0.5);
+  EXPECT_LT(share_of_the_left_room(two_rooms(8, 1e-3, meter), 7), 0.2);
+  EXPECT_LT(share_of_the_left_room(two_rooms(8, 1e-3), 2), 0.3);
+}
+
+TEST(UnequalLights, VisibilitiesAreLearnedWhereTheyMatterAlone) {
+  EXPECT_FALSE(two_rooms(8, 0).compiled()->lights().choice().has_visibility());
+  const TestScene rooms = two_rooms(8, 1000);
+  EXPECT_TRUE(rooms.compiled()->lights().choice().has_visibility());
+  EXPECT_LT(share_of_the_left_room(rooms, 7), 0.5);  // without visibilities it would be about 0.9
 }
 
 }  // namespace

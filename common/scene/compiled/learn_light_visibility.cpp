@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint32_t kFewPaths = 1u << 9;  ///< to see whether there is anything to gain
 constexpr std::uint32_t kPaths = 1u << 12;
-constexpr std::uint32_t kVertices = 3;  ///< of a path, after the camera
+constexpr std::uint32_t kVertices = 3;  ///< of a path, after the camera or meter
 constexpr double kLeastGain = 1.5;
 constexpr int kMostPassed = 16;  ///< surfaces; further ones block no light
 
@@ -62,12 +62,37 @@ class Learner {
 
  private:
   void trace(U8 index) {
+    const std::uint32_t batch = traced_ / 8;
+    const MeterTable& meters = scene_.meters();
+    if (batch % 2 == 1 && !meters.empty()) {
+      follow(meter_rays(meters[batch / 2 % meters.size()], index), index);
+      return;
+    }
     const Pair8 film = sobol_pair(index, U8(mix(kFilm)));
-    Ray8 rays = scene_.camera().rays(film.u * F8(static_cast<float>(scene_.film_width())),
-                                     film.v * F8(static_cast<float>(scene_.film_height())));
+    follow(scene_.camera().rays(film.u * F8(static_cast<float>(scene_.film_width())),
+                                film.v * F8(static_cast<float>(scene_.film_height()))),
+           index);
+  }
+
+  /// Adds the places on a meter that receive light.
+  Ray8 meter_rays(const CompiledMeter& meter, U8 index) {
+    const V8 origin = broadcast(meter.middle()), direction = broadcast(meter.direction);
+    if (meter.measures_radiance) {
+      return {origin, direction, F8(std::numeric_limits<float>::infinity())};
+    }
+    add(origin, direction, M8(true), index, kVertices);
+    return scattered(origin, direction, index, kVertices);
+  }
+
+  static Ray8 scattered(const V8& origin, const V8& normal, U8 index, std::uint32_t vertex) {
+    const V8 local = square_to_cosine_hemisphere(hashed_pair(index, U8(mix(kScatter + vertex))));
+    return {origin, Frame8(normal).to_world(local), F8(std::numeric_limits<float>::infinity())};
+  }
+
+  void follow(Ray8 rays, U8 index) {
     M8 lanes(true);
     for (std::uint32_t vertex = 0; vertex < kVertices; ++vertex) {
-      const Hit8 hit = scene_.accel().intersect(lanes & Accel::traceable(rays), rays, vertex == 0);
+      const Hit8 hit = scene_.accel().intersect(lanes & Accel::traceable(rays), rays, false);
       lanes = hit.hit;
       if (lanes.none()) {
         return;
@@ -76,8 +101,7 @@ class Learner {
       const V8 normal = select(surface.front, surface.geometric_normal, -surface.geometric_normal);
       const V8 origin = surface.point + normal * surface.offset;
       add(origin, normal, lanes, index, vertex);
-      const V8 local = square_to_cosine_hemisphere(hashed_pair(index, U8(mix(kScatter + vertex))));
-      rays = {origin, Frame8(normal).to_world(local), F8(std::numeric_limits<float>::infinity())};
+      rays = scattered(origin, normal, index, vertex);
     }
   }
 
