@@ -446,7 +446,8 @@ Spread spread(const char* method, const char* filter) {
 
 TEST(TextureFootprint, FineTexturesBringLittleNoiseAndKeepTheirMean) {
   double mean = 0;
-  for (const std::uint32_t texel : random_bytes(64, 64)->bytes) {
+  const auto image = random_bytes(64, 64);
+  for (const std::uint32_t texel : image->bytes) {
     mean += (texel & 255) / 255.0 / (64 * 64);
   }
   for (const char* method : {"path", "caustic", "preview"}) {
