@@ -371,7 +371,8 @@ Result<FilmPicture> from_image(const Image& image) {
   LM_RETURN_IF_ERROR(take_counts(image, "B.samples", picture.samples_b));
   picture.receipt = read_receipt(image);
   for (const auto& [name, attribute] : image.attributes) {
-    if (!name.starts_with("lightmill.") && !is_of_openexr(name)) {
+    const bool written_anew = name == kFileChecksum || name == kLayersAttribute || name == "lightmill.denoised";
+    if (!written_anew && !is_of_openexr(name)) {
       picture.attributes[name] = attribute;
     }
   }

@@ -77,39 +77,39 @@ LightChoice::Entries8 LightChoice::above(const V8& p, const V8& normal, Entries8
   return bounds;
 }
 
-LightChoice::Entries8 LightChoice::visibilities(const V8& p) const {
-  Entries8 out;
-  if (has_visibility()) {
-    const U8 row = visibility_.row(p);
+LightChoice::Visible8 LightChoice::visible(const V8& p, const LightVisibility& visibility) const {
+  Visible8 out{!visibility.empty(), {}};
+  if (out.known) {
+    const U8 row = visibility.row(p);
     for (std::size_t i = 0; i < entries(); ++i) {
-      out[i] = visibility_.at(row, i);
+      out.of[i] = visibility.at(row, i);
     }
   }
   return out;
 }
 
-LightChoice::Entries8 LightChoice::probabilities(Entries8 bounds, const Entries8& visibilities) const {
-  const bool learned = has_visibility();
+LightChoice::Entries8 LightChoice::probabilities(Entries8 bounds, const Visible8& visible) const {
   const F8 zero(0.0f);
   F8 sum(0.0f), shining(0.0f), visible_sum(0.0f);
   for (std::size_t i = 0; i < entries(); ++i) {
     sum += bounds[i];
     shining += masked(bounds[i] > zero, F8(1.0f));
-    if (learned) {
-      visible_sum += bounds[i] * visibilities[i];
+    if (visible.known) {
+      visible_sum += bounds[i] * visible.of[i];
     }
   }
-  const F8 by_bound = F8(learned ? kUnseenShare : 1 - kUniformShare) / sum, uniform = F8(kUniformShare) / shining;
-  const F8 by_visible = learned ? F8(1 - kUniformShare - kUnseenShare) / visible_sum : zero;
+  const F8 by_bound = F8(visible.known ? kBoundShare : 1 - kUniformShare) / sum, uniform = F8(kUniformShare) / shining;
+  const F8 by_visible = visible.known ? F8(1 - kUniformShare - kBoundShare) / visible_sum : zero;
   for (std::size_t i = 0; i < entries(); ++i) {
-    const F8 share = learned ? by_bound + visibilities[i] * by_visible : by_bound;
+    const F8 share = visible.known ? by_bound + visible.of[i] * by_visible : by_bound;
     bounds[i] = masked(bounds[i] > zero, bounds[i] * share + uniform);
   }
   return bounds;
 }
 
-LightChoice::Entries8 LightChoice::probabilities(const V8& p, const V8& normal) const {
-  return probabilities(above(p, normal, bounds(p)), visibilities(p));
+LightChoice::Entries8 LightChoice::probabilities(const V8& p, const V8& normal,
+                                                 const LightVisibility& visibility) const {
+  return probabilities(above(p, normal, bounds(p)), visible(p, visibility));
 }
 
 LightChoice::Group8 LightChoice::group(U8 number) const {
@@ -119,7 +119,8 @@ LightChoice::Group8 LightChoice::group(U8 number) const {
 }
 
 LightChoice::Choice8 LightChoice::sample(const V8& p, const V8& normal, Pair8 u) const {
-  const Entries8 all = bounds(p), seen = visibilities(p);
+  const Entries8 all = bounds(p);
+  const Visible8 seen = visible(p, visibility_);
   const Entries8 at_point = probabilities(all, seen), here = probabilities(above(p, normal, all), seen);
   U8 entry(0u);
   F8 below(0.0f), below_entry(0.0f), pmf(0.0f), pmf_at_point(0.0f);
@@ -162,7 +163,7 @@ LightChoice::Choice8 LightChoice::sample_entry(std::size_t entry, const V8& p, P
 }
 
 F8 LightChoice::pmf(const V8& p, U8 light, M8 lanes) const {
-  const Entries8 probability = probabilities(bounds(p), visibilities(p));
+  const Entries8 probability = probabilities(bounds(p), visible(p, visibility_));
   const U8 bounded(static_cast<std::uint32_t>(bounded_)), roots(static_cast<std::uint32_t>(roots_.size()));
   const M8 near = lanes & signed_less(light, bounded);
   const F8 per_group(1.0f / static_cast<float>(group_size_));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace lightmill {
 
@@ -14,18 +13,22 @@ struct LightVisibility::Builder {
 
   LightVisibility& out;
 
-  /// Gives estimates to the cells of a cube whose sides have 2^level cells.
-  void fill(const std::array<std::uint32_t, 3>& low, int level, std::span<Placed> samples, std::uint32_t around) {
+  /// Gives estimates to the cells of a cube whose sides have 2^level cells. `around`: the row of the smallest cell around
+  /// it that has more samples, of which there are `samples_around`.
+  void fill(const std::array<std::uint32_t, 3>& low, int level, std::span<Placed> samples, std::uint32_t around,
+            std::size_t samples_around) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (low[axis] >= out.size_[axis]) {
         return;
       }
     }
-    const std::uint32_t row = samples.empty() ? around : add_row(samples, around);
+    const bool as_around = samples.empty() || samples.size() == samples_around;
+    const std::uint32_t row = as_around ? around : add_row(samples, around);
     if (level == 0) {
       out.rows_[(low[2] * out.size_[1] + low[1]) * out.size_[0] + low[0]] = row;
       return;
     }
+    const std::size_t all = samples.size();
     const std::uint32_t half = 1u << (level - 1);
     for (std::uint32_t child = 0; child < 8; ++child) {
       std::array<std::uint32_t, 3> corner = low;
@@ -36,7 +39,7 @@ struct LightVisibility::Builder {
         return s.cell[0] - corner[0] < half && s.cell[1] - corner[1] < half && s.cell[2] - corner[2] < half;
       };
       const auto rest = std::ranges::stable_partition(samples, inside);
-      fill(corner, level - 1, {samples.begin(), rest.begin()}, row);
+      fill(corner, level - 1, {samples.begin(), rest.begin()}, row, all);
       samples = {rest.begin(), rest.end()};
     }
   }
@@ -51,28 +54,41 @@ struct LightVisibility::Builder {
     }
     const auto row = static_cast<std::uint32_t>(out.estimates_.size() / out.groups_);
     for (std::size_t group = 0; group < out.groups_; ++group) {
-      const float wider = row == 0 ? 0.5f : out.estimates_[around * out.groups_ + group];
-      out.estimates_.push_back((static_cast<float>(visible[group]) + wider) / (static_cast<float>(tested[group]) + 1));
+      const float wider = row == 0 ? 0.5f : out.estimates_[around * out.groups_ + group],
+                  k = row == 0 ? 1 : kSamplesAround;
+      const float estimate = (static_cast<float>(visible[group]) + k * wider) / (static_cast<float>(tested[group]) + k);
+      out.estimates_.push_back(std::max(estimate, kLeast));
     }
     return row;
   }
 };
 
 LightVisibility::LightVisibility(std::span<const Sample> samples, std::size_t groups) : groups_(groups) {
-  Vec3 high(-std::numeric_limits<float>::infinity());
-  low_ = -high;
-  for (const Sample& s : samples) {
-    low_ = glm::min(low_, s.point);
-    high = glm::max(high, s.point);
+  Vec3 extent(0);
+  for (int axis = 0; axis < 3 && !samples.empty(); ++axis) {
+    std::vector<float> along;
+    for (const Sample& s : samples) {
+      along.push_back(s.point[axis]);
+    }
+    const auto value = [&](double share) {
+      const auto at = along.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(along.size() - 1));
+      std::ranges::nth_element(along, at);
+      return *at;
+    };
+    low_[axis] = value(kBeyond);
+    extent[axis] = value(1 - kBeyond) - low_[axis];
   }
-  const Vec3 extent = high - low_;
   const float longest = std::max({extent.x, extent.y, extent.z});
   if (!(longest > 0) || !std::isfinite(longest)) {
     return;
   }
-  cells_per_length_ = static_cast<float>(kCells) / longest;
+  // Walls often lie in the middle of a room, or at its ends. Borders between cells keep off them, so that a point on a
+  // surface and one just off it are in one cell.
+  constexpr float kShift = 0.38f;  // of a cell
+  cells_per_length_ = (static_cast<float>(kCells) - kShift) / longest;
+  low_ -= kShift / cells_per_length_;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto cells = static_cast<std::uint32_t>(extent[axis] * cells_per_length_) + 1;
+    const auto cells = static_cast<std::uint32_t>(extent[axis] * cells_per_length_ + kShift) + 1;
     size_[static_cast<std::size_t>(axis)] = std::min(cells, kCells);
   }
   std::vector<Builder::Placed> placed;
@@ -86,7 +102,7 @@ LightVisibility::LightVisibility(std::span<const Sample> samples, std::size_t gr
     }
   }
   rows_.resize(std::size_t{size_[0]} * size_[1] * size_[2]);
-  Builder{*this}.fill({0, 0, 0}, kLevels, placed, 0);
+  Builder{*this}.fill({0, 0, 0}, kLevels, placed, 0, 0);
 }
 
 std::array<U8, 3> LightVisibility::cell(const V8& p) const {

@@ -12,8 +12,9 @@ namespace lightmill {
 
 /// Estimates of the visibility of each group, by cell of a grid. Immutable once built.
 ///
-/// A cell with v visible of n tested samples has the estimate (v + e)/(n + 1), where e is that of the cell around it,
-/// which is twice as long. The cell of all samples has e = 1/2. A cell without samples has the estimate e.
+/// A cell with v visible of n tested samples has the estimate (v + 8 e)/(n + 8), where e is that of the smallest cell
+/// around it that has more samples. Cells are twice as long as those within them. The cell of all samples has
+/// (v + 1/2)/(n + 1). The grid leaves out the farthest samples, which have the estimates of the nearest cells.
 class LightVisibility {
  public:
   static constexpr std::size_t kMaxGroups = 32;
@@ -37,6 +38,12 @@ class LightVisibility {
 
  private:
   struct Builder;
+  /// The estimate around a cell counts as much as this number of samples.
+  static constexpr float kSamplesAround = 8;
+  /// Estimates are not smaller, so that sums of products with bounds of lights are normal numbers.
+  static constexpr float kLeast = 1e-4f;
+  /// Share of the samples that lie beyond the grid, on each side of each axis.
+  static constexpr double kBeyond = 0.02;
   static constexpr int kLevels = 5;
   static constexpr std::uint32_t kCells = 1u << kLevels;  ///< along the longest side
 

@@ -48,18 +48,29 @@ class Facets8 {
     const Albedo8 all = ggx::mean_albedo(mean_alpha());
     return wide_ ? wide_->scaled(all, ggx::mean_white_albedo(alpha_, wide_->anisotropy)) : all;
   }
-  /// Of a dielectric. That of anisotropic facets is a fit, but for kCoatEta.
+  /// Of a dielectric. That of anisotropic facets is a fit but for kCoatEta. Up to 80° from the normal, the error is 0.012
+  /// for eta up to 2, and 0.06 at 4. At 89° it is 0.06 at 1.2.
   F8 gloss_albedo(const V8& w, F8 eta) const {
     const F8 all = ggx::gloss_albedo(w.z, mean_alpha(), eta);
-    return wide_
-               ? wide_->scaled(all, ggx::coat_albedo(w, alpha_, wide_->anisotropy), ggx::coat_albedo(w.z, mean_alpha()))
-               : all;
+    if (!wide_) {
+      return all;
+    }
+    const F8 white = ggx::white_albedo(w, alpha_, wide_->anisotropy),
+             coat = ggx::coat_albedo(w, alpha_, wide_->anisotropy);
+    const Albedo8 isotropic = ggx::albedo(w.z, mean_alpha());
+    return wide_->scaled(all, eta, {white, coat},
+                         {isotropic.of(F8(1.0f), F8(1.0f)), ggx::coat_albedo(w.z, mean_alpha())});
   }
   F8 mean_gloss_albedo(F8 eta) const {
     const F8 all = ggx::mean_gloss_albedo(mean_alpha(), eta);
-    return wide_ ? wide_->scaled(all, ggx::mean_coat_albedo(alpha_, wide_->anisotropy),
-                                 ggx::mean_coat_albedo(mean_alpha()))
-                 : all;
+    if (!wide_) {
+      return all;
+    }
+    const F8 white = ggx::mean_white_albedo(alpha_, wide_->anisotropy),
+             coat = ggx::mean_coat_albedo(alpha_, wide_->anisotropy);
+    const Albedo8 isotropic = ggx::mean_albedo(mean_alpha());
+    return wide_->scaled(all, eta, {white, coat},
+                         {isotropic.of(F8(1.0f), F8(1.0f)), ggx::mean_coat_albedo(mean_alpha())});
   }
   F8 balance(const V8& w) const {
     const F8 all = ggx::balance(w.z, alpha_);
@@ -75,8 +86,18 @@ class Facets8 {
       const F8 by = select(lanes(), white / isotropic.of(F8(1.0f), F8(1.0f)), F8(1.0f));
       return {isotropic.normal * by, isotropic.grazing * by};
     }
-    F8 scaled(F8 isotropic, F8 coat, F8 isotropic_coat) const {
-      return select(lanes(), min(isotropic * coat / isotropic_coat, F8(0.9999f)), isotropic);
+    /// Albedos of facets that reflect all, and with the index of coats.
+    struct Known8 {
+      F8 white, coat;
+      /// About that with the reflectance f0 at normal incidence, whose rest grows to grazing angles as a coat's does.
+      F8 at(F8 f0) const {
+        const F8 of_coat((kCoatEta - 1) / (kCoatEta + 1) * (kCoatEta - 1) / (kCoatEta + 1));
+        return f0 * white + (F8(1.0f) - f0) * (coat - of_coat * white) / (F8(1.0f) - of_coat);
+      }
+    };
+    F8 scaled(F8 albedo, F8 eta, const Known8& anisotropic, const Known8& isotropic) const {
+      const F8 root = (eta - F8(1.0f)) / (eta + F8(1.0f)), f0 = root * root;
+      return select(lanes(), min(albedo * anisotropic.at(f0) / isotropic.at(f0), F8(0.9999f)), albedo);
     }
   };
   F8 alpha_;

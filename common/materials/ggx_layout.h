@@ -9,7 +9,7 @@ inline constexpr int kAngles = 33;              ///< nodes of √cos θ or `dire
 inline constexpr int kRoughnesses = 33;         ///< nodes of √alpha in [0, 1]
 inline constexpr int kIndices = 81;             ///< nodes of `index_coordinate`
 inline constexpr int kGlossIndices = 36;        ///< nodes of `gloss_index_coordinate`
-inline constexpr int kCoatIndex = 23;           ///< the one of index 1.5
+inline constexpr int kCoatIndex = 15;           ///< the one of index 1.5
 inline constexpr int kCoats = 17, kBases = 17;  ///< nodes of √alpha of coats, and of facets below them
 inline constexpr int kAnisotropies = 9;         ///< nodes of the strength in [0, 1]
 inline constexpr int kAzimuths = 9;             ///< nodes of `azimuth_coordinate`
@@ -33,9 +33,9 @@ inline F8 index_coordinate(F8 eta) {
   return F8(0.5f) + F8(0.5f * (1 + kIndexScale)) * contrast / (abs(contrast) + F8(kIndexScale));
 }
 
-/// The same in [0, 1] for eta >= 1.
+/// In [0, 1] for eta >= 1: fine near 1, where albedos rise fast at grazing angles.
 inline F8 gloss_index_coordinate(F8 eta) {
-  return F8(2.0f) * index_coordinate(eta) - F8(1.0f);
+  return index_coordinate(eta) - F8(0.5f) + F8(0.5f) * (eta - F8(1.0f)) / (eta + F8(1.0f));
 }
 
 }  // namespace lightmill::ggx

@@ -90,14 +90,15 @@ float gloss(float cos_theta, float alpha, float eta) {
   return sum_of(sum) / (kPhi * kHeight);
 }
 
-/// (eta − 1)/(eta + 1) for this `gloss_index_coordinate`. The last node stands for a mirror.
-float contrast_of(float x) {
-  return std::min(kIndexScale * x / (1 + kIndexScale - x), 0.999f);
-}
-
+/// The index of a node of `gloss_index_coordinate`, by bisection of (eta − 1)/(eta + 1). The last one stands for a mirror.
 float gloss_eta(int i) {
-  const float contrast = contrast_of(node(i, kGlossIndices));
-  return (1 + contrast) / (1 - contrast);
+  double low = 0, high = 0.999;
+  const auto eta = [](double contrast) { return static_cast<float>((1 + contrast) / (1 - contrast)); };
+  for (int step = 0; step < 40; ++step) {
+    const double middle = (low + high) / 2;
+    (first_of(gloss_index_coordinate(F8(eta(middle)))) < node(i, kGlossIndices) ? low : high) = middle;
+  }
+  return eta(high);
 }
 
 /// 2 ∫ E(μ) μ dμ of a row that is linear between nodes of t = √μ: ∫ 4 t³ E(t) dt, in closed form per segment.
@@ -389,7 +390,9 @@ std::string glass_table() {
   constexpr int kSlice = kRoughnesses * kAngles, kMiddle = kIndices / 2;
   std::vector<float> table(static_cast<std::size_t>(kIndices * kSlice), 1.0f);
   for (int index = 0; index <= kMiddle; ++index) {
-    const float contrast = contrast_of(node(index, kMiddle + 1));
+    const float x = node(index, kMiddle + 1);
+    // The last one stands for a mirror.
+    const float contrast = std::min(kIndexScale * x / (1 + kIndexScale - x), 0.999f);
     // Near eta = 1 almost no light is reflected. Balanced factors would be far from 1, so the compensation fades there.
     const double root_part = std::min(contrast / kFullContrast, 1.0f), part = root_part * root_part;
     for (int r = 1; r < kRoughnesses; ++r) {

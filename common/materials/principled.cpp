@@ -82,8 +82,7 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   gloss_eta_ = F8(2.0f) / (F8(1.0f) - min(root, F8(0.999f))) - F8(1.0f);
   gloss_ = min(specular, F8(1.0f));
   if (p.specular_color) {
-    const F8 f0 = fresnel(F8(1.0f), gloss_eta_);
-    gloss_less_ = (broadcast(Vec3(1)) - *p.specular_color) * (f0 / (F8(1.0f) - f0));
+    gloss_less_ = (broadcast(Vec3(1)) - *p.specular_color) * fresnel(F8(1.0f), gloss_eta_);
   }
   // Opaque surfaces have a coat on both sides, glass only on the outside.
   M8 bare = and_not(glass_ > F8(0.0f), front);
@@ -105,7 +104,7 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   gloss_albedo_ = gloss_ * white;
   gloss_color_albedo_ = {gloss_albedo_, gloss_albedo_, gloss_albedo_};
   if (gloss_less_) {
-    gloss_color_albedo_ = colored_gloss(white, facets_.albedo(wo).of(F8(1.0f), F8(1.0f)) - white) * gloss_;
+    gloss_color_albedo_ = colored_gloss(white, facets_.albedo(wo).normal) * gloss_;
   }
   gloss_albedo_mean_ = gloss_ * facets_.mean_gloss_albedo(gloss_eta_);
   diffuse_albedo_ = F8(1.0f) - gloss_albedo_;
@@ -133,9 +132,12 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   set_probabilities(wo);
 }
 
-V8 Principled8::colored_gloss(F8 white, F8 rest) const {
-  const V8 gloss{white, white, white};
-  return gloss_less_ ? gloss - *gloss_less_ * rest : gloss;
+V8 Principled8::colored_gloss(F8 white, F8 not_grazing) const {
+  if (!gloss_less_) {
+    return {white, white, white};
+  }
+  const auto left = [&](F8 less) { return max(white - less * not_grazing, F8(0.0f)); };
+  return {left(gloss_less_->x), left(gloss_less_->y), left(gloss_less_->z)};
 }
 
 void Principled8::set_metal(const V8& wo) {
@@ -266,10 +268,10 @@ V8 Principled8::inner_coat(F8 cos_o) const {
 }
 
 V8 Principled8::gloss_fresnel(F8 cos_o, F8 balance) const {
-  const F8 f = fresnel(cos_o, gloss_eta_);
-  const V8 plastic = colored_gloss(f, F8(1.0f) - f) * (plastic_ * gloss_);
+  const F8 w = schlick_weight(cos_o);
+  const V8 plastic = colored_gloss(fresnel(cos_o, gloss_eta_), F8(1.0f) - w) * (plastic_ * gloss_);
   const V8 bounces = broadcast(Vec3(1)) + metal_kept_ * (balance - F8(1.0f));
-  return schlick(base_, schlick_weight(cos_o)) * bounces * metal_ + plastic + inner_coat(cos_o) * balance;
+  return schlick(base_, w) * bounces * metal_ + plastic + inner_coat(cos_o) * balance;
 }
 
 F8 Principled8::coat_fresnel(F8 cos_o) const {

@@ -4,9 +4,13 @@
 // With c = coat, m = metallic, t = transmission:
 //   f = c·coat + T·(m·metal + (1 − m)(t·glass + (1 − t)·(gloss + T'·diffuse)))
 // metal, gloss and coat are GGX. Metal has Schlick's Fresnel term, with the base colour at normal incidence. Gloss and
-// coat have Fresnel's equations for a dielectric, the coat with index 1.5. `specular` below .5 scales the gloss by
-// 2·specular. Above, it raises the index, so that the reflectance at normal incidence is ((ior − 1)/(ior + 1))² ·
-// 2·specular. Gloss is the same for ior and 1/ior. A `specular_color` multiplies f0 in f0 + (1 − f0) (F − f0)/(1 − f0). glass is a rough dielectric whose refraction has the base colour.
+// coat have Fresnel's equations for a dielectric, the coat with index 1.5. glass is a rough dielectric whose refraction
+// has the base colour.
+//
+// `specular` below .5 scales the gloss by 2·specular. Above, it raises the index, so that the reflectance at normal
+// incidence is f0 = ((ior − 1)/(ior + 1))² · 2·specular. Gloss is the same for ior and 1/ior. A `specular_color` c
+// changes its reflectance F to F − (1 − c) f0 (1 − w), with Schlick's w = (1 − cos)⁵. Layers below get as much light as
+// below white gloss.
 //
 // T and T' are the shares of light that a layer leaves to those below. They follow from the layer's directional albedo
 // E, so that white layers reflect all light. f is reciprocal.
@@ -106,8 +110,8 @@ class Principled8 {
   F8 sheen_leaves(const V8& wi, bool diffuse) const;
   /// Of metal, plastic, and the coat as seen from within glass. `balance`: g(wo) g(wi) of ggx_albedo.h, or 1.
   V8 gloss_fresnel(F8 cos_o, F8 balance) const;
-  /// Of a white gloss with the reflectance or albedo `white`, and 1 − `white` or its albedo for `rest`.
-  V8 colored_gloss(F8 white, F8 rest) const;
+  /// `white`: reflectance or albedo of white gloss. `not_grazing`: 1 − w, or its albedo.
+  V8 colored_gloss(F8 white, F8 not_grazing) const;
   /// Share of the light from within glass that the coat sends back.
   V8 inner_coat(F8 cos_o) const;
   F8 coat_fresnel(F8 cos_o) const;
@@ -138,7 +142,7 @@ class Principled8 {
   V8 metal_kept_;                 ///< κ of ggx_albedo.h
   V8 metal_albedo_;               ///< from wo
   F8 gloss_, gloss_eta_;          ///< weight and index of the plastic's gloss
-  std::optional<V8> gloss_less_;  ///< (1 − specular_color) f0/(1 − f0)
+  std::optional<V8> gloss_less_;  ///< (1 − specular_color) f0
   M8 compensated_;
   F8 coat_, coat_beyond_;                ///< on wo's side, and on the other side of glass
   F8 gloss_albedo_, gloss_albedo_mean_;  ///< of a white gloss: layers below get no light that its colour takes away

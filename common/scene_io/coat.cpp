@@ -17,14 +17,18 @@ double below_coat(double albedo, double inner_reflectance) {
 void set_base_color(PrincipledMaterial& out, const TexturedColor& albedo, const std::function<double(double)>& of,
                     double inner_reflectance) {
   const bool textured = albedo.texture != kNoTexture;
-  const double r = out.inner_reflectance = textured ? std::clamp(inner_reflectance, 0.0, kMaxInnerReflectance) : 0;
-  const auto value = [&](float color) {
-    if (!textured) {
-      return static_cast<float>(std::min(of(color), 1.0));
-    }
-    const double half = color > 0 ? of(color / 2.0) : 0;  // below_coat(half/(1 − r + r half), r) is half
-    return static_cast<float>(std::min(2 * half / (1 - r + r * half), 1.0));
+  double r = textured ? std::clamp(inner_reflectance, 0.0, kMaxInnerReflectance) : 0;
+  // Of a texture: the factor with which texels of 1/2 are below the coat what they should be.
+  const auto unbounded = [&](float color) {
+    const double half = textured && color > 0 ? of(color / 2.0) : 0;
+    return textured ? 2 * half / (1 - r + r * half) : of(color);
   };
+  constexpr double kRounding = 0.01;  // of the integrals over the coat
+  if (std::max({unbounded(albedo.rgb.r), unbounded(albedo.rgb.g), unbounded(albedo.rgb.b)}) > 1 + kRounding) {
+    r = 0;
+  }
+  out.inner_reflectance = r;
+  const auto value = [&](float color) { return static_cast<float>(std::min(unbounded(color), 1.0)); };
   out.base_color = {{value(albedo.rgb.r), value(albedo.rgb.g), value(albedo.rgb.b)}, albedo.texture};
 }
 

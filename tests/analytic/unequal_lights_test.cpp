@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/lights/light_choice.h"
+#include "common/sampling/sobol.h"
 #include "tests/analytic/meter_text.h"
 #include "tests/analytic/scene_text.h"
 
@@ -161,6 +162,34 @@ TEST(UnequalLights, VisibilitiesAreLearnedAtMetersToo) {
   EXPECT_GT(share_of_the_left_room(two_rooms(8, 1e-3, meter), 2), 0.5);
   EXPECT_LT(share_of_the_left_room(two_rooms(8, 1e-3, meter), 7), 0.2);
   EXPECT_LT(share_of_the_left_room(two_rooms(8, 1e-3), 2), 0.3);
+}
+
+TEST(UnequalLights, NothingIsLearnedBelowLeaves) {
+  // Which of 16 equal lights arrives below a sheet of small holes differs from place to place.
+  std::string leaves, lights;
+  int quads = 0;
+  for (int x = 0; x < 40; ++x) {
+    for (int z = 0; z < 40; ++z) {
+      if (mix(static_cast<std::uint32_t>(40 * x + z)) % 4 != 0) {
+        leaves += fmt::format("v {0} 1 {1}\nv {2} 1 {1}\nv {2} 1 {3}\nv {0} 1 {3}\nf {4} {5} {6} {7}\n", 0.1 * x - 2,
+                              0.1 * z - 2, 0.1 * x - 1.9, 0.1 * z - 1.9, 4 * quads + 1, 4 * quads + 2, 4 * quads + 3,
+                              4 * quads + 4);
+        ++quads;
+      }
+    }
+  }
+  for (int i = 0; i < 16; ++i) {
+    lights += fmt::format(R"({}{{"point": {{"position": [{}, 3, {}], "intensity": {}}}}})", i == 0 ? "" : ", ",
+                          i % 4 - 1.5, i / 4 - 1.5, gray(1));
+  }
+  const auto scene = TestScene::from_text(
+      fmt::format(R"({{"camera": {{"eye": [0, 0.9, 0.01], "look_at": [0, 0, 0], "vertical_fov_degrees": 120}},
+                       "film": {{"width": 32, "height": 32}},
+                       "materials": [{}], "objects": [{}, {}], "lights": [{}]}})",
+                  diffuse("grey", 0.5), mesh("grey", "leaves.obj"), mesh("grey", "floor.obj"), lights),
+      {{"leaves.obj", leaves}, {"floor.obj", "v -2 0 -2\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nf 1 2 3 4\n"}});
+  EXPECT_TRUE(scene.compiled()->lights().needs_choice());
+  EXPECT_FALSE(scene.compiled()->lights().choice().has_visibility());
 }
 
 TEST(UnequalLights, VisibilitiesAreLearnedWhereTheyMatterAlone) {

@@ -295,7 +295,7 @@ class MaterialMaker:
             ior, specular = self.old_gloss(numbers)
         gloss_color = numbers.get("gloss_color")
         if gloss_color is not None and gloss_color.is_constant():
-            most = max(float(np.max(gloss_color.rgb)), 1e-6)
+            most = max(float(np.max(gloss_color.rgb)), 1.0)
             gloss_color, specular = Value(gloss_color.rgb / most), specular * most
         if numbers["transmission"] == 0 and not numbers.get("lambert") and "specular" not in numbers.get("images", {}):
             ior, specular = index_of_gloss(ior, specular)
@@ -424,6 +424,8 @@ def is_rough(value):
 
 def index_of_gloss(ior, specular):
     """The index with this reflectance at normal incidence, which is Blender's, and the `specular` that leaves it alone."""
+    if specular == 0.5:
+        return ior, specular
     root = abs(ior - 1) / (ior + 1) * math.sqrt(2 * specular)
     return (fitting_ior((1 + root) / (1 - root)), 0.5) if 0 < root < 1 else (ior, specular)
 

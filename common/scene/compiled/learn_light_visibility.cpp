@@ -14,6 +14,7 @@ constexpr int kMostPassed = 16;  ///< surfaces; further ones block no light
 
 /// The vertices of eight paths, and a sample of the light of each group.
 struct Vertices8 {
+  std::size_t batch;  ///< number of the eight paths
   V8 point, normal;
   M8 lanes;
   std::array<M8, LightVisibility::kMaxGroups> tested;
@@ -43,29 +44,21 @@ class Learner {
   explicit Learner(const CompiledScene& scene) : scene_(scene), groups_(scene.lights().choice().entries()) {}
 
   LightVisibility learn() {
-    LightVisibility learned;
     for (const std::uint32_t paths : {kFewPaths, kPaths}) {
       for (; traced_ < paths; traced_ += 8) {
         trace(U8(traced_) + U8::lane_index());
       }
-      std::vector<LightVisibility::Sample> samples;
-      for (const Vertices8& v : vertices_) {
-        v.append_to(samples, groups_);
-      }
-      learned = LightVisibility(samples, groups_);
-      if (gain(learned) < kLeastGain) {
+      if (gain() < kLeastGain) {
         return {};
       }
     }
-    return learned;
+    return learned_from([](std::size_t) { return true; });
   }
 
  private:
   void trace(U8 index) {
-    const std::uint32_t batch = traced_ / 8;
-    const MeterTable& meters = scene_.meters();
-    if (batch % 2 == 1 && !meters.empty()) {
-      follow(meter_rays(meters[batch / 2 % meters.size()], index), index);
+    if (traced_ / 8 % 2 == 1 && !scene_.meters().empty()) {
+      follow(meter_rays(index), index);
       return;
     }
     const Pair8 film = sobol_pair(index, U8(mix(kFilm)));
@@ -74,14 +67,33 @@ class Learner {
            index);
   }
 
-  /// Adds the places on a meter that receive light.
-  Ray8 meter_rays(const CompiledMeter& meter, U8 index) {
-    const V8 origin = broadcast(meter.middle()), direction = broadcast(meter.direction);
-    if (meter.measures_radiance) {
-      return {origin, direction, F8(std::numeric_limits<float>::infinity())};
+  /// Rays from one meter a lane. Adds the places on meters that receive light.
+  Ray8 meter_rays(U8 index) {
+    const MeterTable& meters = scene_.meters();
+    alignas(32) float which[8], u[8], v[8];
+    hashed_number(index, U8(mix(kMeter))).store(which);
+    const Pair8 place = hashed_pair(index, U8(mix(kMeter + 1)));
+    place.u.store(u);
+    place.v.store(v);
+    alignas(32) std::array<std::array<float, 8>, 7> rows{};
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      const CompiledMeter& meter = meters[static_cast<std::size_t>(which[lane] * static_cast<float>(meters.size()))];
+      const Vec3 point = meter.middle() + meter.edge1 * (u[lane] - 0.5f) + meter.edge2 * (v[lane] - 0.5f);
+      for (int axis = 0; axis < 3; ++axis) {
+        rows[static_cast<std::size_t>(axis)][lane] = point[axis];
+        rows[static_cast<std::size_t>(axis) + 3][lane] = meter.direction[axis];
+      }
+      rows[6][lane] = meter.measures_radiance ? 0 : 1;
     }
-    add(origin, direction, M8(true), index, kVertices);
-    return scattered(origin, direction, index, kVertices);
+    const auto vector = [&](std::size_t first) {
+      return V8{F8::load(rows[first].data()), F8::load(rows[first + 1].data()), F8::load(rows[first + 2].data())};
+    };
+    const V8 origin = vector(0), direction = vector(3);
+    const M8 lanes = F8::load(rows[6].data()) > F8(0.0f);  // meters on surfaces
+    add(origin, direction, lanes, index, kVertices);
+    Ray8 rays = scattered(origin, direction, index, kVertices);
+    rays.direction = select(lanes, rays.direction, direction);
+    return rays;
   }
 
   static Ray8 scattered(const V8& origin, const V8& normal, U8 index, std::uint32_t vertex) {
@@ -107,6 +119,7 @@ class Learner {
 
   void add(const V8& origin, const V8& normal, M8 lanes, U8 index, std::uint32_t vertex) {
     Vertices8& out = vertices_.emplace_back();
+    out.batch = traced_ / 8;
     out.point = origin;
     out.normal = normal;
     out.lanes = lanes;
@@ -139,15 +152,31 @@ class Learner {
     return blocked;
   }
 
-  /// The variance of the choice without the visibilities, over that with them: the sum of the relative second moments of
-  /// all points.
-  double gain(const LightVisibility& learned) const {
-    LightChoice with = scene_.lights().choice();
-    with.set_visibility(learned);
+  /// `take`: whether to use the paths of a batch.
+  template <class Take>
+  LightVisibility learned_from(Take take) const {
+    std::vector<LightVisibility::Sample> samples;
+    for (const Vertices8& v : vertices_) {
+      if (take(v.batch)) {
+        v.append_to(samples, groups_);
+      }
+    }
+    return LightVisibility(samples, groups_);
+  }
+
+  /// The second moment of the choice without visibilities, over that with visibilities: sums of relative second moments.
+  /// Those of each half of the batches are learned from the other half.
+  double gain() const {
+    const LightChoice& choice = scene_.lights().choice();
+    const auto half = [](std::size_t batch) { return batch / 2 % 2; };  // batches of meters are odd ones
+    std::array<LightVisibility, 2> of_others;
+    for (const std::size_t i : {0, 1}) {
+      of_others[i] = learned_from([&](std::size_t batch) { return half(batch) != i; });
+    }
     double before = 0, after = 0;
     for (const Vertices8& v : vertices_) {
-      const LightChoice::Entries8 p = scene_.lights().choice().probabilities(v.point, v.normal),
-                                  q = with.probabilities(v.point, v.normal);
+      const LightChoice::Entries8 p = choice.probabilities(v.point, v.normal, LightVisibility()),
+                                  q = choice.probabilities(v.point, v.normal, of_others[half(v.batch)]);
       F8 sum(0.0f), by_p(0.0f), by_q(0.0f);
       for (std::size_t group = 0; group < groups_; ++group) {
         const M8 lit = v.light[group] > F8(0.0f);
@@ -174,7 +203,7 @@ class Learner {
   }
 
   // Seeds of the random numbers.
-  static constexpr std::uint32_t kFilm = 0x51a7e001, kScatter = 0x51a7e100, kLight = 0x51a7f000;
+  static constexpr std::uint32_t kFilm = 0x51a7e001, kScatter = 0x51a7e100, kMeter = 0x51a7e200, kLight = 0x51a7f000;
 
   const CompiledScene& scene_;
   std::size_t groups_;

@@ -5,9 +5,9 @@
 
 namespace lightmill {
 
-/// Shadow rays from the vertices of paths that start at the camera, half of them at meters if there are any, and scatter
-/// like white diffuse surfaces. Their number is fixed, and so are the random numbers, so the result depends only on the scene. Empty if it would reduce the
-/// second moment of the choice of lights by less than a third.
+/// Traces shadow rays from the vertices of paths that scatter like white diffuse surfaces. They start at the camera, and
+/// half of them at meters if there are any. Counts and random numbers are fixed, so the result depends only on the scene.
+/// Empty unless it would reduce the second moment of the choice of lights by a third.
 LightVisibility learn_light_visibility(const CompiledScene& scene);
 
 }  // namespace lightmill

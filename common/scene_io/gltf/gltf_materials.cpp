@@ -183,37 +183,34 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   return out;
 }
 
-/// A factor and a colour multiply the reflectance of the index of refraction. Some programs write a grey as the colour.
-/// An index of 0 reflects all light (KHR_materials_ior), times these two.
+/// A factor multiplies the gloss, and a colour its reflectance at normal incidence, which is at most 1. An index of 0
+/// reflects all light (KHR_materials_ior), times these two.
 void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& out) {
   const JsonNode specular = extensions["KHR_materials_specular"];
   const double factor = specular["specularFactor"].number(1, 0, 1);
-  const auto color = specular["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
-  const double most = std::max({color[0], color[1], color[2]});
-  out.specular = most > 0 ? factor / 2 : 0;
-  if (most > 0) {
-    out.specular_color = {to_rgb({color[0] / most, color[1] / most, color[2] / most}),
-                          texture(specular["specularColorTexture"], TextureImage::ColorSpace::srgb)};
+  auto color = specular["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
+  out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
+  if (out.ior == 0 && out.transmission > 0) {
+    notices_.left_out("an index of refraction of 0 where light is transmitted: it is 1.5");
+    out.ior = 1.5;
   }
+  const double of_ior = out.ior > 0 ? std::pow((out.ior - 1) / (out.ior + 1), 2) : 1;
+  for (double& c : color) {
+    c = std::min(c, 1 / std::max(of_ior, 1e-9));
+  }
+  // A component above 1 raises the index.
+  const double most = std::max({color[0], color[1], color[2], 1.0});
+  out.specular = std::min(factor * most / 2, 1.0);
+  out.specular_color = {to_rgb({color[0] / most, color[1] / most, color[2] / most}),
+                        texture(specular["specularColorTexture"], TextureImage::ColorSpace::srgb)};
   if (out.specular > 0) {
     out.specular_map = scalar_map(specular["specularTexture"], ScalarMap::Channel::alpha);
   }
-  out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
-  if (out.transmission > 0) {
-    if (out.ior == 0) {
-      notices_.left_out("an index of refraction of 0 where light is transmitted: it is 1.5");
-      out.ior = 1.5;
-    }
-    out.specular = std::min(factor * most / 2, 1.0);
-    return;
-  }
-  if (most == 1 && out.ior > 0) {
+  if (out.transmission > 0 || (most == 1 && out.ior > 0)) {
     return;
   }
   // The index with this reflectance at normal incidence. `specular` adds what the largest index lacks.
-  const double of_ior = out.ior > 0 ? std::abs(out.ior - 1) / (out.ior + 1) : 1;
-  const double reflectance = std::min(most * of_ior * of_ior, 1.0);
-  const double root = std::min(std::sqrt(reflectance), (kMaxIor - 1) / (kMaxIor + 1));
+  const double reflectance = most * of_ior, root = std::min(std::sqrt(reflectance), (kMaxIor - 1) / (kMaxIor + 1));
   out.ior = std::min((1 + root) / (1 - root), kMaxIor);
   out.specular = root > 0 ? factor * reflectance / (2 * root * root) : 0;
 }

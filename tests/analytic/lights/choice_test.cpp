@@ -139,14 +139,18 @@ TEST(LightChoice, DrawsWithTheProbabilityThatItStatesByVisibility) {
   }
 }
 
-TEST(LightChoice, VisibilityLeavesAFifthToTheChoiceWithoutIt) {
-  constexpr int kLights = 300;
+TEST(LightChoice, VisibilityLeavesAFifthToTheBounds) {
+  // One light an entry: (1 − λ) x + λ/n becomes at least μ x + λ/n.
+  constexpr int kLights = 16;
   const LightChoice choice(many_lights(kLights), {}), learned = with_visibility(choice);
   double most = 0;
   for (const Vec3& p : {Vec3(-4, 1, 2), Vec3(3, -2, 0), Vec3(50, 20, 0)}) {
     const std::vector<double> before = probabilities(choice, kLights, p), after = probabilities(learned, kLights, p);
+    const double shining = static_cast<double>(std::ranges::count_if(before, [](double p) { return p > 0; }));
     for (int i = 0; i < kLights; ++i) {
-      EXPECT_GE(after[i], LightChoice::kUnseenShare * before[i] * (1 - 1e-5));
+      const double even = before[i] > 0 ? LightChoice::kUniformShare / shining : 0;
+      const double least = LightChoice::kBoundShare / (1 - LightChoice::kUniformShare) * (before[i] - even) + even;
+      EXPECT_GE(after[i], least * (1 - 1e-5));
       most = std::max(most, before[i] > 0 ? after[i] / before[i] : 0);
     }
   }

@@ -40,7 +40,7 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
                          "chooses another)"});
   const Material matt =
       material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[0,0,0]}})", &notices);
-  EXPECT_EQ(std::get<PrincipledMaterial>(matt.kind).specular, 0);
+  EXPECT_EQ(std::get<PrincipledMaterial>(matt.kind).specular_color, RgbColor{});  // only grazing light is reflected
   EXPECT_EQ(notices.size(), 1u);
   const Material tinted =
       material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[2,1,0]}})", &notices);
@@ -50,6 +50,11 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   EXPECT_EQ(red.specular_color, (RgbColor{1, 0.5f, 0}));
   EXPECT_NEAR(std::pow((red.ior - 1) / (red.ior + 1), 2), 0.08, 1e-9);
   EXPECT_EQ(notices.size(), 1u);
+  const Material dim = material(
+      R"("extensions":{"KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.5,0.25,0]}})", &notices);
+  const auto& half = std::get<PrincipledMaterial>(dim.kind);
+  EXPECT_EQ(std::tuple(half.specular, half.ior), std::tuple(0.25, 1.5));
+  EXPECT_EQ(half.specular_color, (RgbColor{0.5f, 0.25f, 0}));
   // The format's defaults, for a material without members.
   const Material plain = material("");
   const auto& d = std::get<PrincipledMaterial>(plain.kind);
@@ -73,19 +78,20 @@ TEST(GltfScene, AnIndexOfZeroReflectsByTheSpecularFactors) {
     const auto& p = std::get<PrincipledMaterial>(made.kind);
     EXPECT_LE(p.ior, kMaxIor);
     EXPECT_LE(p.specular, 1);
-    const double f0 = std::pow((p.ior - 1) / (p.ior + 1), 2) * 2 * p.specular;
+    const double f0 = std::pow((p.ior - 1) / (p.ior + 1), 2) * 2 * p.specular * p.specular_color.rgb.r;
     return std::pair(f0, std::min(2 * p.specular, 1.0));
   };
   const auto expect = [](std::pair<double, double> got, double f0, double f90) {
-    EXPECT_NEAR(got.first, f0, 1e-9);
-    EXPECT_NEAR(got.second, f90, 1e-9);
+    EXPECT_NEAR(got.first, f0, 1e-6);
+    EXPECT_NEAR(got.second, f90, 1e-3);
   };
   expect(reflectances(""), 1, 1);
   expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0.25,0.25,0.25]})"), 0.25, 1);
   expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0.9,0.9,0.9]})"), 0.9, 1);
   expect(reflectances(R"(,"KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,0.25,0.25]})"),
-         0.125, 0.5);
-  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0,0,0]})"), 0, 0);
+         0.125, 0.747);  // 0.5, but for the largest index
+  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[2,1,0.5]})"), 1, 1);
+  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0,0,0]})"), 0, 1);
   std::vector<std::string> notices;
   reflectances(R"(,"KHR_materials_transmission":{"transmissionFactor":1},"KHR_materials_volume":{"thicknessFactor":1})",
                &notices);
