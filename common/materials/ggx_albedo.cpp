@@ -1,5 +1,7 @@
 #include "common/materials/ggx_albedo.h"
 
+#include "common/materials/dielectric.h"
+#include "common/materials/ggx.h"
 #include "common/materials/ggx_layout.h"
 #include "common/materials/table_lookup.h"
 
@@ -57,8 +59,15 @@ Albedo8 mean_albedo(F8 alpha) {
 }
 
 F8 gloss_albedo(F8 cos_theta, F8 alpha, F8 eta) {
-  return interpolate(kGloss, place(gloss_index_coordinate(eta), kGlossIndices), place(sqrt(alpha), kRoughnesses),
-                     kRoughnesses, place(sqrt(max(cos_theta, F8(0.0f))), kAngles));
+  const F8 rough =
+      interpolate(kGloss, place(gloss_index_coordinate(eta), kGlossIndices), place(sqrt(alpha), kRoughnesses),
+                  kRoughnesses, place(sqrt(max(cos_theta, F8(0.0f))), kAngles));
+  const M8 smooth = alpha < F8(kSmoothAlpha);
+  if (smooth.none()) {
+    return rough;
+  }
+  const F8 cosine = min(max(cos_theta, F8(0.0f)), F8(1.0f));
+  return select(smooth, min(dielectric::fresnel(cosine, eta).reflectance, F8(0.9999f)), rough);
 }
 
 F8 mean_gloss_albedo(F8 alpha, F8 eta) {

@@ -21,9 +21,9 @@ Albedo8 albedo(F8 cos_theta, F8 alpha);
 /// Mean of `albedo` over the hemisphere, weighted by cos θ.
 Albedo8 mean_albedo(F8 alpha);
 
-/// Albedo of reflection by facets of a dielectric with the index `eta` >= 1 (single scattering, Fresnel's equations). The
-/// error of interpolation, more than 10° above the horizon, is at most 0.001 for eta up to 1.8, 0.0045 up to 10, 0.012 up to
-/// 40, and 0.09 for others. Values are slightly below 1 at most, because 1 − albedo is a divisor.
+/// Albedo of reflection by facets of a dielectric with the index `eta` >= 1 (single scattering, Fresnel's equations). That
+/// of rough ones is interpolated. More than 10° above the horizon, the error is at most 0.001 for eta up to 1.8, 0.0045 up
+/// to 10, 0.012 up to 40, and 0.09 for others. Values are slightly below 1 at most, because 1 − albedo is a divisor.
 F8 gloss_albedo(F8 cos_theta, F8 alpha, F8 eta);
 /// Its mean over the hemisphere, weighted by cos θ.
 F8 mean_gloss_albedo(F8 alpha, F8 eta);
