@@ -198,8 +198,8 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   for (double& c : color) {
     c = std::min(c, 1 / std::max(of_ior, 1e-9));
   }
-  // A component above 1 raises the index.
-  const double most = std::max({color[0], color[1], color[2], 1.0});
+  // A component above 1 raises the index. That of 0 follows from the largest component, so that the diffuse part has the rest.
+  const double most = std::max({color[0], color[1], color[2], out.ior > 0 ? 1.0 : 1e-9});
   out.specular = std::min(factor * most / 2, 1.0);
   out.specular_color = {to_rgb({color[0] / most, color[1] / most, color[2] / most}),
                         texture(specular["specularColorTexture"], TextureImage::ColorSpace::srgb)};
