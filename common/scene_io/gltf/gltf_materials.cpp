@@ -189,7 +189,10 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   const JsonNode specular = extensions["KHR_materials_specular"];
   const double factor = specular["specularFactor"].number(1, 0, 1);
   auto color = specular["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
-  out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
+  out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, 1e9);
+  if (out.transmission > 0) {
+    out.ior = std::min(out.ior, kMaxIor);
+  }
   if (out.ior == 0 && out.transmission > 0) {
     notices_.left_out("an index of refraction of 0 where light is transmitted: it is 1.5");
     out.ior = 1.5;
@@ -206,7 +209,7 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   if (out.specular > 0) {
     out.specular_map = scalar_map(specular["specularTexture"], ScalarMap::Channel::alpha);
   }
-  if (out.transmission > 0 || (most == 1 && out.ior > 0)) {
+  if (out.transmission > 0 || (most == 1 && out.ior > 0 && out.ior <= kMaxIor)) {
     return;
   }
   // The index with this reflectance at normal incidence. `specular` adds what the largest index lacks.

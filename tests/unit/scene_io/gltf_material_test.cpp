@@ -55,6 +55,11 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   const auto& half = std::get<PrincipledMaterial>(dim.kind);
   EXPECT_EQ(std::tuple(half.specular, half.ior), std::tuple(0.25, 1.5));
   EXPECT_EQ(half.specular_color, (RgbColor{0.5f, 0.25f, 0}));
+  // Some programs write a large index instead of 0.
+  const Material large = material(R"("extensions":{"KHR_materials_ior":{"ior":1000}})", &notices);
+  const auto& shiny = std::get<PrincipledMaterial>(large.kind);
+  EXPECT_NEAR(std::pow((shiny.ior - 1) / (shiny.ior + 1), 2) * 2 * shiny.specular, 0.996, 1e-3);
+  EXPECT_EQ(notices.size(), 1u);
   // The format's defaults, for a material without members.
   const Material plain = material("");
   const auto& d = std::get<PrincipledMaterial>(plain.kind);
