@@ -18,8 +18,7 @@ struct Rendered {
   SampleRange range;  ///< of methods without photons
 };
 
-// The box filter's scene has every feature of methods. The other scenes cover the filters, the light BVH and learned
-// visibilities.
+// The box filter's scene has every feature of methods. The other scenes cover the filters and the light BVH.
 constexpr Rendered kRendered[] = {{FilterKind::box, 24, {2, 0}},
                                   {FilterKind::tent, 16, {0, 0}},
                                   {FilterKind::gaussian, 16, {0, 0}},
@@ -317,9 +316,6 @@ TestScene make_test_scene(const Rendered& rendered) {
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
   const Sky sky = box ? Sky::image : rendered.filter == FilterKind::gaussian ? Sky::square : Sky::color;
   add_lights(test, !box, sky, box ? 180 : 120);
-  if (rendered.filter == FilterKind::blackman_harris) {
-    scene.lights.push_back({"in a ball of chrome", PointLight{{-1.6, 1.9, -1.2}, {900, 900, 900}}});
-  }
   for (std::uint32_t material = 0; box && material < scene.materials.size(); ++material) {
     LM_CHECK(std::ranges::count(scene.objects, material, &Object::material) > 0, "no object has the material {}",
              material);
@@ -336,8 +332,6 @@ std::shared_ptr<const CompiledScene> compiled(const TestScene& test) {
     throw std::bad_alloc();
   }
   LM_CHECK(scene.ok(), "the built-in test scene does not compile: {}", message_of(scene.status()));
-  LM_CHECK((*scene)->lights().choice().has_visibility() == (test.scene.lights.back().name == "in a ball of chrome"),
-           "visibilities of lights are not learned where they should be");
   return *std::move(scene);
 }
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -59,6 +60,18 @@ FilterTable filter_table(const PixelFilter& filter) {
   LM_CHECK(false, "unknown filter kind");
 }
 
+/// Whether the material, or a part of it, is a sheet that light crosses.
+bool transmits_diffusely(const Material& material) {
+  bool found = false;
+  for_each_part(material, [&](const Material& part) {
+    const auto* const diffuse = std::get_if<DiffuseMaterial>(&part.kind);
+    const auto* const principled = std::get_if<PrincipledMaterial>(&part.kind);
+    found |= (diffuse != nullptr && !is_black(diffuse->transmittance)) ||
+             (principled != nullptr && !is_black(principled->transmittance));
+  });
+  return found;
+}
+
 }  // namespace
 
 /// Builder of a CompiledScene. Owns the data that is needed only during the build.
@@ -99,7 +112,9 @@ class SceneCompiler {
     out_->caustic_targets_ = caustic_targets();
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
-    if (out_->lights_.needs_choice()) {
+    // Light crosses media and sheets, which shadow rays alone do not show.
+    if (out_->lights_.needs_choice() && !out_->features_.media &&
+        std::ranges::none_of(scene_.materials, transmits_diffusely)) {
       out_->lights_.set_visibility(learn_light_visibility(*out_));
     }
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
