@@ -13,8 +13,8 @@ struct LightVisibility::Builder {
 
   LightVisibility& out;
 
-  /// Gives estimates to the cells of a cube whose sides have 2^level cells. `around`: the row of the smallest cell around
-  /// it that has more samples, of which there are `samples_around`.
+  /// Gives estimates to the cells of a cube whose sides have 2^level cells. `around` is the row of the smallest cell
+  /// around the cube that has more samples than the cube. That cell has `samples_around` samples.
   void fill(const std::array<std::uint32_t, 3>& low, int level, std::span<Placed> samples, std::uint32_t around,
             std::size_t samples_around) {
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -60,18 +60,6 @@ FilterTable filter_table(const PixelFilter& filter) {
   LM_CHECK(false, "unknown filter kind");
 }
 
-/// Whether the material, or a part of it, is a sheet that light crosses.
-bool transmits_diffusely(const Material& material) {
-  bool found = false;
-  for_each_part(material, [&](const Material& part) {
-    const auto* const diffuse = std::get_if<DiffuseMaterial>(&part.kind);
-    const auto* const principled = std::get_if<PrincipledMaterial>(&part.kind);
-    found |= (diffuse != nullptr && !is_black(diffuse->transmittance)) ||
-             (principled != nullptr && !is_black(principled->transmittance));
-  });
-  return found;
-}
-
 }  // namespace
 
 /// Builder of a CompiledScene. Owns the data that is needed only during the build.
@@ -113,8 +101,7 @@ class SceneCompiler {
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
     // Light crosses media and sheets, which shadow rays alone do not show.
-    if (out_->lights_.needs_choice() && !out_->features_.media &&
-        std::ranges::none_of(scene_.materials, transmits_diffusely)) {
+    if (out_->lights_.needs_choice() && !out_->features_.media && std::ranges::none_of(scene_.materials, is_sheet)) {
       out_->lights_.set_visibility(learn_light_visibility(*out_));
     }
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
