@@ -102,7 +102,8 @@ TEST(UnequalLights, AWeakOneAmongManyIsNotStarvedByStrongOnesBehindAWall) {
 
 /// Two rooms with a wall between them. The camera is in the right one. Each has `lights` points below its ceiling. Those
 /// of the left room are `stronger` times as strong.
-TestScene two_rooms(int lights, double stronger, const std::string& meters = "") {
+TestScene two_rooms(int lights, double stronger, const std::string& meters = "",
+                    const std::string& grey = diffuse("grey", 0.6)) {
   std::string points;
   for (int i = 0; i < lights; ++i) {
     for (const int room : {0, 1}) {
@@ -118,7 +119,7 @@ TestScene two_rooms(int lights, double stronger, const std::string& meters = "")
       fmt::format(R"({{"camera": {{"eye": [9.5, 1.6, 4.5], "look_at": [6, 1.2, 1.5], "vertical_fov_degrees": 65}},
                        "film": {{"width": 48, "height": 32}},
                        "materials": [{}], "objects": [{}, {}], "lights": [{}], "meters": [{}]}})",
-                  diffuse("grey", 0.6), mesh("grey", "rooms.obj"), mesh("grey", "wall.obj"), points, meters),
+                  grey, mesh("grey", "rooms.obj"), mesh("grey", "wall.obj"), points, meters),
       {{"rooms.obj", box(0, 10, 0, 3, 0, 5)}, {"wall.obj", box(4.95, 5.05, -0.1, 3.1, -0.1, 5.1)}});
 }
 
@@ -197,6 +198,12 @@ TEST(UnequalLights, VisibilitiesAreLearnedWhereTheyMatterAlone) {
   const TestScene rooms = two_rooms(8, 1000);
   EXPECT_TRUE(rooms.compiled()->lights().choice().has_visibility());
   EXPECT_LT(share_of_the_left_room(rooms, 7), 0.5);  // without visibilities it would be about 0.9
+}
+
+TEST(UnequalLights, NothingIsLearnedWhereLightCrossesSheets) {
+  const std::string paper = named(
+      "grey", R"("diffuse": {"reflectance": {"rgb": [0.6, 0.6, 0.6]}, "transmittance": {"rgb": [0.2, 0.2, 0.2]}})");
+  EXPECT_FALSE(two_rooms(8, 1000, "", paper).compiled()->lights().choice().has_visibility());
 }
 
 }  // namespace
