@@ -206,11 +206,11 @@ void add_job_commands(CLI::App& app, Context& context) {
       ->check(readable(parse_state));
   jobs->add_option("--owner", list->owner, "only jobs of this owner")->type_name("NAME");
   jobs->add_option("--name", list->name, "only jobs whose name contains this")->type_name("TEXT");
-  CLI::Option* const limit =
-      jobs->add_option("--limit", list->limit, "list the N newest jobs, and without --state older ones that are running")
-          ->type_name("N")
-          ->check(whole_number(1, 100'000))
-          ->capture_default_str();
+  CLI::Option* const limit = jobs->add_option("--limit", list->limit,
+                                              "list the N newest jobs, and without --state older ones that are running")
+                                 ->type_name("N")
+                                 ->check(whole_number(1, 100'000))
+                                 ->capture_default_str();
   jobs->add_flag("--all", list->all, "list all jobs")->excludes(limit);
   add_common_options(*jobs, context);
   ask_farm(*jobs, context, [list](CoordinatorClient& connection, const Console& console) {
