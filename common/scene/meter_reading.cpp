@@ -1,14 +1,18 @@
 #include "common/scene/meter_reading.h"
 
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "common/base/check.h"
+#include "common/film/tile_grid.h"
 #include "common/lights/photometry.h"
 
 namespace lightmill {
 namespace {
 
-constexpr double kNormal95 = 1.959963984540054;
+/// Quantile of Student's distribution with kTileSize - 1 degrees of freedom.
+constexpr double kStudent95 = 1.998340542520741;
 
 /// Area of a flux meter in square scene units. 1 for other meters.
 double scale_of(const Meter& meter) {
@@ -41,13 +45,13 @@ std::string_view photometric_unit(const Meter& meter) {
 }
 
 MeterReading read_meter(const Meter& meter, std::span<const float> sums, std::size_t channels, std::uint64_t samples) {
-  LM_CHECK(channels >= 3 && sums.size() % (2 * channels) == 0);
+  LM_CHECK(channels >= 3 && sums.size() == 2 * channels * kTileSize * kTileSize);
   MeterReading reading;
   reading.samples = samples;
   if (samples == 0) {
     return reading;
   }
-  const std::size_t pixels = sums.size() / (2 * channels);
+  constexpr std::size_t pixels = kTileSize * kTileSize;
   const double scale = scale_of(meter) / static_cast<double>(samples);
   const auto estimate = [&](std::size_t pixel) {
     const auto channel = [&](std::size_t c) {
@@ -55,19 +59,19 @@ MeterReading read_meter(const Meter& meter, std::span<const float> sums, std::si
     };
     return Vec3d(channel(0), channel(1), channel(2));
   };
-  Vec3d total(0);
+  constexpr double n = kTileSize;
+  std::array<Vec3d, kTileSize> columns{};
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    total += estimate(pixel);
+    columns[pixel % kTileSize] += estimate(pixel) / n;
   }
-  const auto n = static_cast<double>(pixels);
-  reading.rgb = total / n;
+  reading.rgb = std::accumulate(columns.begin(), columns.end(), Vec3d(0)) / n;
   reading.value = luminance(reading.rgb);
   double squares = 0;
-  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    const double difference = luminance(estimate(pixel)) - reading.value;
+  for (const Vec3d& column : columns) {
+    const double difference = luminance(column) - reading.value;
     squares += difference * difference;
   }
-  reading.half_width = pixels > 1 ? kNormal95 * std::sqrt(squares / (n * (n - 1))) : 0;
+  reading.half_width = kStudent95 * std::sqrt(squares / (n * (n - 1)));
   reading.photometric = photometric(reading.value);
   reading.photometric_width = photometric(reading.half_width);
   return reading;

@@ -24,9 +24,9 @@ std::string_view quantity_of(const Meter& meter);
 std::string_view radiometric_unit(const Meter& meter);
 std::string_view photometric_unit(const Meter& meter);
 
-/// The reading from the sums of the meter's tile, over `samples` samples of each pixel: `sums[(half * channels +
-/// channel) * pixels + pixel]`, R, G, B first. The pixels are independent estimates of one expectation, so their spread
-/// gives the error of their mean. A flux is the mean times the patch's area.
+/// The reading from the sums of the meter's whole tile, over `samples` samples of each pixel: `sums[(half * channels +
+/// channel) * pixels + pixel]`, R, G, B first. The tile's columns are independent estimates of one expectation, so their
+/// spread gives the error of their mean. A flux is the mean times the patch's area.
 MeterReading read_meter(const Meter& meter, std::span<const float> sums, std::size_t channels, std::uint64_t samples);
 
 }  // namespace lightmill

@@ -62,7 +62,7 @@ class CausticEstimator : public photons::GatherEstimator {
   template <class Tracer>
   void finish_sample(Tracer& tracer) {
     if (tracer.meter() != nullptr) {
-      photons::add_meter_hits(tracer, *pass_);
+      photons::finish_meter(tracer, *pass_, ws_.meter_columns);
       return;
     }
     photons::add_visible_photons(

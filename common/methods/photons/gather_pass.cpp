@@ -15,7 +15,7 @@ void GatherPass::index(const CompiledScene& scene) {
   const bool all = !plan.kind.caustic;
   double sum = 0;
   for (std::uint32_t i = 0; i < photons.size(); ++i) {
-    (all || photons[i].first == 1 ? of_first : of_later).push_back(i);
+    (all || photons[i].first != 0 ? of_first : of_later).push_back(i);
     const double distance = glm::length(photons[i].point - scene.camera().position);
     sum += all ? 1 / (distance + 1e-30) : distance;
   }

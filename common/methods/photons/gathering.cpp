@@ -49,7 +49,7 @@ void for_each_visible_splat(const CompiledScene& scene, const PhotonPass& pass, 
   }
 }
 
-void add_meter_hits(tracer::Wavefront& wavefront, const PhotonPass& pass) {
+void finish_meter(tracer::Wavefront& wavefront, const PhotonPass& pass, MeterColumns& columns) {
   const PixelRect& tile = wavefront.tile();
   const std::uint32_t meter = meter_of(tile);
   for (const MeterHit& hit : pass.meters[meter]) {
@@ -61,6 +61,7 @@ void add_meter_hits(tracer::Wavefront& wavefront, const PhotonPass& pass) {
                             U8(hit.group));
     }
   }
+  columns.finish_sample(wavefront);
 }
 
 GatherDiscs::GatherDiscs(const tracer::Wavefront& wavefront, const PhotonPass& pass, const FoundPhotons& found,

@@ -5,6 +5,7 @@
 #include "common/methods/factories.h"
 #include "common/methods/path/path_estimator.h"
 #include "common/methods/photons/gather_pass.h"
+#include "common/methods/photons/meter_columns.h"
 #include "common/methods/photons/visible_splats.h"
 #include "common/methods/tracer/tracer_method.h"
 
@@ -18,6 +19,7 @@ struct PhotonWorkspace : tracer::PathWorkspace<Path> {
   using tracer::PathWorkspace<Path>::PathWorkspace;
   FoundPhotons found;
   std::vector<const Splat*> splats;
+  MeterColumns meter_columns;
 };
 
 /// Calls `visit(wi, lanes, value)` for each image wi of a photon's direction `from`. `value` is the radiance scattered
@@ -122,8 +124,8 @@ void add_visible_photons(tracer::Wavefront& wavefront, const PhotonPass& pass, s
   });
 }
 
-/// Adds the photons that crossed the tile's meter.
-void add_meter_hits(tracer::Wavefront& wavefront, const PhotonPass& pass);
+/// Adds the photons that crossed the tile's meter, and the differences between its columns.
+void finish_meter(tracer::Wavefront& wavefront, const PhotonPass& pass, MeterColumns& columns);
 
 /// State of camera paths that gather photons at the first receiver, which is the first surface that is no caster
 /// (MaterialTable::casters).
@@ -211,6 +213,9 @@ class GatherEstimator : public path::PathEstimator {
         wavefront, discs, vertex, bsdf, wo, lanes,
         [](const GatherDiscs::Term8& /*term*/, const V8& /*wi*/, const V8& value) { return value; },
         [&](const GatherDiscs::Term8& term, const V8& value) {
+          if (wavefront.meter() != nullptr) {
+            ws_.meter_columns.add(pass_->photons, pass_->plan.photons, term.valid, term.number, in.throughput * value);
+          }
           if (wavefront.channels().separates_lights()) {
             wavefront.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);
           } else {

@@ -15,8 +15,9 @@ struct Photon {
   Vec3 power{0};   ///< power that it carries, as a share of all light
   Vec3 normal{0};  ///< geometric, oriented as the shape
   std::uint32_t geometry = 0, primitive = 0;
-  std::uint32_t tag = 0;    ///< light group from bit kTagGroupShift on; below, scatterings including this one
-  std::uint32_t first = 0;  ///< 1: it has met nothing or only casters before; 0: it has met a receiver
+  std::uint32_t tag = 0;        ///< light group from bit kTagGroupShift on; below, scatterings including this one
+  std::uint32_t first : 1 = 0;  ///< it has met nothing or only casters before
+  std::uint32_t path : 31 = 0;  ///< number of its path in the pass
 };
 inline constexpr int kTagGroupShift = 16;
 inline constexpr std::uint32_t kMaxScatterings = (1u << kTagGroupShift) - 1;  ///< largest count of a tag

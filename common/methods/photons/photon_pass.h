@@ -42,7 +42,7 @@ struct PhotonPassPlan {
 
 /// A photon that crossed a meter.
 struct MeterHit {
-  std::uint32_t pixel = 0;  ///< of the meter's tile, drawn uniformly
+  std::uint32_t pixel = 0;  ///< of the meter's tile, in the column of the photon's path
   std::uint32_t group = 0;  ///< its light group
   Vec3 value{0};            ///< irradiance that this pixel estimates
 };

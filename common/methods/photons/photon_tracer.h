@@ -316,15 +316,16 @@ class PhotonTracer {
   void store(const Vertex8& vertex, M8 lanes) {
     const VectorLanes point(vertex.surface.point), wi(-vertex.photon.direction), power(vertex.photon.power),
         normal(vertex.surface.geometric_normal);
-    alignas(32) std::uint32_t geometry[8], primitive[8], tag[8], met[8];
+    alignas(32) std::uint32_t geometry[8], primitive[8], tag[8], met[8], path[8];
     vertex.arrival.hits.geometry.store(geometry);
     vertex.arrival.hits.primitive.store(primitive);
     vertex.photon.tag.store(tag);
     vertex.photon.met.store(met);
+    vertex.photon.index.store(path);
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int i = std::countr_zero(bits);
-      const std::uint32_t first = met[i] == kReceivers ? 0 : 1;
-      out_.photons.push_back({point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], first});
+      const bool first = met[i] != kReceivers;
+      out_.photons.push_back({point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], first, path[i]});
     }
     paths_.store(vertex, lanes);
   }
@@ -364,16 +365,17 @@ class PhotonTracer {
                                           kNoGeometry, counters_)
                           .transmittance;
     }
-    constexpr std::uint32_t kPixels = kTileSize * kTileSize;
     power =
         power * paths_.meter_weight(photon, photon.origin + photon.direction * at, normal, area, cosine, lanes, number);
-    const VectorLanes value(power * (F8(static_cast<float>(kPixels)) / area));
-    alignas(32) std::uint32_t tag[8], pixel[8];
+    const VectorLanes value(power * (F8(static_cast<float>(kTileSize * kTileSize)) / area));
+    alignas(32) std::uint32_t tag[8], path[8], row[8];
     photon.tag.store(tag);
-    (mix(photon.index * U8(0x9e3779b9u) + U8(plan_.seed ^ 0x6d657465u)) & U8(kPixels - 1)).store(pixel);
+    photon.index.store(path);
+    (mix(photon.index * U8(0x9e3779b9u) + U8(plan_.seed ^ 0x6d657465u)) & U8(kTileSize - 1)).store(row);
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int i = std::countr_zero(bits);
-      hits.push_back({pixel[i], tag[i] >> kTagGroupShift, value[i]});
+      const std::uint32_t pixel = row[i] * kTileSize + meter_column(path[i], plan_.photons);
+      hits.push_back({pixel, tag[i] >> kTagGroupShift, value[i]});
     }
   }
 

@@ -59,15 +59,12 @@ class LightPaths {
 
   void store(const Vertex& vertex, M8 lanes) {
     alignas(32) float d_vcm[8], d_vc[8];
-    alignas(32) std::uint32_t index[8];
     vertex.at.partial.vcm.store(d_vcm);
     vertex.at.partial.vc.store(d_vc);
-    vertex.photon.index.store(index);
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int i = std::countr_zero(bits);
       pass_.d_vcm.push_back(d_vcm[i]);
       pass_.d_vc.push_back(d_vc[i]);
-      path_of_photon_.push_back(index[i]);
     }
   }
 
@@ -79,9 +76,6 @@ class LightPaths {
     return merged({F8(0.0f), F8(0.0f)}, arrived(path, point, normal, lanes, number), merging, cosine * F8(kInvPi),
                   F8(0.0f));
   }
-
-  /// The number of each stored photon's path.
-  const std::vector<std::uint32_t>& path_of_photon() const { return path_of_photon_; }
 
  private:
   /// Partial sums on arrival at a point.
@@ -99,20 +93,19 @@ class LightPaths {
   const CompiledScene& scene_;
   const PhotonEmission& emission_;
   LightPathPass& pass_;
-  std::vector<std::uint32_t> path_of_photon_;
 };
 
-/// Sorts photons by path, given their paths. The photons of one path are in order, but mixed with those of others.
-void sort_by_path(const std::vector<std::uint32_t>& paths, LightPathPass& pass) {
+/// Sorts photons by path. The photons of one path are in order, but mixed with those of others.
+void sort_by_path(LightPathPass& pass) {
   pass.path_first.assign(pass.plan.photons + 1, 0);
-  for (const std::uint32_t path : paths) {
-    ++pass.path_first[path + 1];
+  for (const photons::Photon& photon : pass.photons) {
+    ++pass.path_first[photon.path + 1];
   }
   std::partial_sum(pass.path_first.begin(), pass.path_first.end(), pass.path_first.begin());
   std::vector<std::uint32_t> next = pass.path_first;
-  pass.path_photons.resize(paths.size());
-  for (std::uint32_t i = 0; i < paths.size(); ++i) {
-    pass.path_photons[next[paths[i]]++] = i;
+  pass.path_photons.resize(pass.photons.size());
+  for (std::uint32_t i = 0; i < pass.photons.size(); ++i) {
+    pass.path_photons[next[pass.photons[i].path]++] = i;
   }
 }
 
@@ -126,7 +119,7 @@ void LightPathPass::trace(const CompiledScene& scene, const photons::PhotonSourc
   merging = {scene.camera().position, plan.radius_per_length, kMinDistance * extent, kMaxDistance * extent};
   LightPaths paths(scene, source.emission, *this);
   photons::PhotonTracer(scene, source, paths, *this, counters).run(stop);
-  sort_by_path(paths.path_of_photon(), *this);
+  sort_by_path(*this);
 }
 
 std::uint64_t LightPathPass::bytes() const {

@@ -165,7 +165,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   template <class Tracer>
   void finish_sample(Tracer& tracer) {
     if (tracer.meter() != nullptr) {
-      photons::add_meter_hits(tracer, *pass_);
+      photons::finish_meter(tracer, *pass_, ws_.meter_columns);
       return;
     }
     photons::add_visible_photons(tracer, *pass_, ws_.splats, ws_.counters,
@@ -217,6 +217,13 @@ class VcmEstimator : public tracer::EstimatorBase {
     wavefront.add_light(and_not(lanes, direct), slot, value, false, photon.group);
   }
 
+  /// Counts light of these photons for the error of a meter.
+  void count_on_meter(const tracer::Wavefront& wavefront, M8 lanes, U8 photons, const V8& value) {
+    if (wavefront.meter() != nullptr) {
+      ws_.meter_columns.add(pass_->photons, pass_->plan.photons, lanes, photons, value);
+    }
+  }
+
   /// Vertex merging.
   template <class Bsdf>
   void merge(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
@@ -234,7 +241,9 @@ class VcmEstimator : public tracer::EstimatorBase {
         },
         [&](const photons::GatherDiscs::Term8& term, const V8& value) {
           const M8 lit = term.valid & (max_component(value) > F8(0.0f));
-          add_light(wavefront, lit, vertex.in.slot, term.photon, vertex.in.throughput * value, vertex.bounce);
+          const V8 brought = vertex.in.throughput * value;
+          add_light(wavefront, lit, vertex.in.slot, term.photon, brought, vertex.bounce);
+          count_on_meter(wavefront, lit, term.number, brought);
         });
   }
 
@@ -312,6 +321,7 @@ class VcmEstimator : public tracer::EstimatorBase {
               const F8 weight = connected(c.behind, c.pdf, c.cosine, light, light_pdf, cosine, distance * distance);
               const V8 brought = masked(max_component(sent) > F8(0.0f), value * sent * weight);
               wavefront.add_light(lit, c.slot, brought, false, photon.group);
+              count_on_meter(wavefront, lit, c.photon, brought);
             });
           }
         });
