@@ -214,7 +214,7 @@ class GatherEstimator : public path::PathEstimator {
         [](const GatherDiscs::Term8& /*term*/, const V8& /*wi*/, const V8& value) { return value; },
         [&](const GatherDiscs::Term8& term, const V8& value) {
           if (wavefront.meter() != nullptr) {
-            ws_.meter_columns.add(pass_->photons, pass_->plan.photons, term.valid, term.number, in.throughput * value);
+            ws_.meter_columns.add(*pass_, term.valid, term.number, in.throughput * value);
           }
           if (wavefront.channels().separates_lights()) {
             wavefront.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);

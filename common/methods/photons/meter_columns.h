@@ -8,30 +8,23 @@
 
 #include <array>
 #include <bit>
-#include <span>
 
-#include "common/film/tile_grid.h"
-#include "common/methods/photons/photon.h"
+#include "common/methods/photons/photon_pass.h"
 #include "common/methods/tracer/wavefront.h"
 
 namespace lightmill::photons {
 
-/// The column of a path. Consecutive paths share a column, because their points are stratified.
-inline std::uint32_t meter_column(std::uint32_t path, std::uint32_t paths) {
-  return static_cast<std::uint32_t>(std::uint64_t{path} * kTileSize / paths);
-}
-
 /// What the photons of each column bring to the pixels of a meter in one sample.
 class MeterColumns {
  public:
-  /// Adds light of these photons of a pass with `paths` paths.
-  void add(std::span<const Photon> photons, std::uint32_t paths, M8 lanes, U8 numbers, const V8& value) {
+  /// Adds light of these photons of the pass.
+  void add(const PhotonPass& pass, M8 lanes, U8 numbers, const V8& value) {
     alignas(32) std::uint32_t number[8];
     numbers.store(number);
     const VectorLanes values(value);
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
-      brought_.at(meter_column(photons[number[lane]].path, paths)) += Vec3d(values[lane]);
+      brought_.at(meter_column(pass.photons[number[lane]].path, pass.plan.photons)) += Vec3d(values[lane]);
     }
   }
   /// Adds the differences to the pixels, and starts the next sample.

@@ -40,6 +40,12 @@ struct PhotonPassPlan {
   float meter_area(const CompiledScene& scene, const CompiledMeter& meter) const;
 };
 
+/// The column of a meter's tile to which a path belongs (meter_columns.h). Consecutive paths share a column, because their
+/// points are stratified.
+inline std::uint32_t meter_column(std::uint32_t path, std::uint32_t paths) {
+  return static_cast<std::uint32_t>(std::uint64_t{path} * kTileSize / paths);
+}
+
 /// A photon that crossed a meter.
 struct MeterHit {
   std::uint32_t pixel = 0;  ///< of the meter's tile, in the column of the photon's path
