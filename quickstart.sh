@@ -15,6 +15,7 @@ cd "$(dirname "$0")"
 data=.lightmill
 run=$data/quickstart
 bin=build/release/bin
+ninja=build/quickstart.ninja # its process, while it runs
 
 # alive NAME: whether the process recorded under this name is still that program of this clone.
 alive() {
@@ -55,12 +56,12 @@ start() {
   echo $! >"$run/$name.pid"
 }
 
-# wait_for_server: waits until the coordinator has written its ports. Fails if it has ended, or after ten seconds.
+# wait_for_server: waits until the coordinator has written its ports. Fails if it has ended, or after a minute.
 wait_for_server() {
   tries=0
   while [ ! -s "$run/port" ] || [ ! -s "$run/http" ]; do
     tries=$((tries + 1))
-    if [ "$tries" -gt 200 ] || ! kill -0 "$(cat "$run/server.pid")" 2>/dev/null; then
+    if [ "$tries" -gt 1200 ] || ! kill -0 "$(cat "$run/server.pid")" 2>/dev/null; then
       return 1
     fi
     sleep 0.05
@@ -83,6 +84,7 @@ start_server() {
   fi
   echo "the coordinator did not start. The last lines of $run/server.log:" >&2
   tail -n 5 "$run/server.log" >&2
+  stop server
   exit 1
 }
 
@@ -137,6 +139,7 @@ stop_started() {
 interrupted() {
   trap '' INT TERM HUP
   printf '\ninterrupted\n'
+  [ ! -e "$ninja" ] || kill "$(cat "$ninja")" 2>/dev/null || :
   if [ "$once" = no ] && alive server; then
     echo "The farm keeps running. ./quickstart.sh --stop stops it. The program lightmill is in $bin."
   fi
@@ -214,7 +217,14 @@ show_progress() {
 # build TARGET...: builds all targets it can. Fails if one of them failed.
 build() {
   rm -f build/quickstart.failed
-  { NINJA_STATUS='[%f/%t] ' ninja -j "$compilers" -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
+  # In the background, because a shell handles a signal only after its command.
+  {
+    # shellcheck disable=SC2016  # the variables of the inner shell
+    NINJA_STATUS='[%f/%t] ' sh -c 'echo $$ >"$0" && exec ninja "$@"' "$ninja" -j "$compilers" -k 0 -C build/release "$@" 2>&1 ||
+      : >build/quickstart.failed
+  } | show_progress &
+  wait $!
+  rm -f "$ninja"
   [ ! -e build/quickstart.failed ]
 }
 

@@ -38,9 +38,9 @@ struct LightVisibility::Builder {
       const auto inside = [&](const Placed& s) {
         return s.cell[0] - corner[0] < half && s.cell[1] - corner[1] < half && s.cell[2] - corner[2] < half;
       };
-      const auto rest = std::ranges::stable_partition(samples, inside);
-      fill(corner, level - 1, {samples.begin(), rest.begin()}, row, all);
-      samples = {rest.begin(), rest.end()};
+      const auto rest = std::stable_partition(samples.begin(), samples.end(), inside);
+      fill(corner, level - 1, {samples.begin(), rest}, row, all);
+      samples = {rest, samples.end()};
     }
   }
 

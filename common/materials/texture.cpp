@@ -237,11 +237,11 @@ void TextureSet::for_each_image(U8 texture, F8 u, F8 v, M8 lanes, const Visit& v
       return;
     }
     const F8 zero(0.0f), columns(static_cast<float>(kColumns)), rows(static_cast<float>(kRows));
-    const F8 column = floor(x), row = floor(y);
+    const F8 column = floor(x), row = floor(y), in_x = x - column, in_y = y - row;
     const M8 within = same & (column >= zero) & (column < columns) & (row >= zero) & (row < rows);
     for_each_number(truncate(row * columns + column), within, [&](std::uint32_t square, M8 there) {
       if (const auto image = tiles->second.find(square); image != tiles->second.end()) {
-        visit(textures_[image->second], x - column, y - row, there);
+        visit(textures_[image->second], in_x, in_y, there);
       }
     });
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/number_text.h"
+#include "common/base/text.h"
 #include "common/wire/limits.h"
 
 namespace lightmill {
@@ -13,6 +14,11 @@ constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMaxNamesBytes = std::uint64_t{64} << 20;  ///< more than a packed scene can have
 
 }  // namespace
+
+std::string scene_name(std::string_view text) {
+  constexpr std::size_t kRoom = 20;
+  return cut_text(utf8_text(text), kMaxSceneNameBytes - kRoom);
+}
 
 Result<Sha256> add_mesh(const Mesh& mesh, LoadedScene& loaded) {
   LM_RETURN_IF_ERROR(validate(mesh));

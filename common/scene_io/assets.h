@@ -9,6 +9,10 @@
 
 namespace lightmill {
 
+/// A name in a file of another program as a name of the scene: UTF-8, and cut so that a number which makes it unique has
+/// room.
+std::string scene_name(std::string_view text);
+
 /// Encodes a mesh and adds it. An error says what is wrong with the mesh.
 Result<Sha256> add_mesh(const Mesh& mesh, LoadedScene& loaded);
 

@@ -49,7 +49,7 @@ Edges edges_of(const Surface& surface) {
     }
   }
   std::ranges::sort(out.keys);
-  out.keys.erase(std::ranges::unique(out.keys).begin(), out.keys.end());
+  out.keys.erase(std::unique(out.keys.begin(), out.keys.end()), out.keys.end());
   out.edges.resize(out.keys.size());
   for (const Triangle& t : surface.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {

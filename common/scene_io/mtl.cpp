@@ -4,6 +4,7 @@
 #include <functional>
 #include <set>
 
+#include "common/scene_io/assets.h"
 #include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
@@ -309,7 +310,7 @@ std::vector<MtlMaterial> read_mtl(std::string_view text, const std::string& file
     Status odd;
     if (statement->keyword == "newmtl") {
       materials.emplace_back();
-      materials.back().name = statement->rest.empty() ? "default" : utf8_text(statement->rest);
+      materials.back().name = statement->rest.empty() ? "default" : scene_name(statement->rest);
       materials.back().file = file_name;
       materials.back().line = statement->line;
       said.clear();

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "common/base/text.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/mtl.h"
 
 namespace lightmill {
@@ -315,7 +316,7 @@ class Mapper {
     const auto [known, added] = textures_.try_emplace(
         {image.file, image.wrap, image.scale, image.offset, image.color_space}, scene_.textures.size());
     if (added) {
-      image.name = fmt::format("{} ({})", utf8_text(map->file), scene_.textures.size());
+      image.name = fmt::format("{} ({})", scene_name(map->file), scene_.textures.size());
       scene_.textures.push_back(image);
     }
     return static_cast<std::uint32_t>(known->second);

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "common/scene/document.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/obj_colors.h"
 #include "common/scene_io/polygon.h"
 #include "common/scene_io/smoothing.h"
@@ -329,7 +330,7 @@ class ObjReader {
 
   Status use_material(std::string_view written) {
     end_smooth_run();
-    const std::string name = utf8_text(written);
+    const std::string name = scene_name(written);
     const auto [found, added] = part_of_.try_emplace(name, file_.parts.size());
     if (added) {
       file_.parts.push_back({name, lines_.line(), {}});

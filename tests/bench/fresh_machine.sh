@@ -6,11 +6,10 @@
 #   tests/bench/fresh_machine.sh [--commit COMMIT] ["./quickstart.sh --once" ./test.sh ...]
 set -eu
 
-# In the fresh Debian this script calls itself: fresh_machine.sh --inside COMMAND...
+# In the fresh Debian this script calls itself: fresh_machine.sh --inside. The file `commands` has one on each line.
 if [ "${1:-}" = --inside ]; then
-  shift
   code=0
-  for command in "$@"; do
+  while IFS= read -r command <&3; do
     cd /srv
     rm -rf clone cache
     git clone -q lightmill clone
@@ -22,7 +21,7 @@ if [ "${1:-}" = --inside ]; then
       sh -c "$command" || { code=$?; echo "#### it failed with $code"; }
       echo "#### $command, $state: $(($(date +%s) - began)) s"
     done
-  done
+  done 3</srv/commands
   exit "$code"
 fi
 
@@ -44,14 +43,11 @@ git -C "$work/lightmill" checkout -q "$(git rev-parse "$commit")"
 cp tests/bench/fresh_machine.sh "$work"
 mkdir "$work/settings"
 cp "$(npm config get globalconfig)" "$work/settings/npmrc" 2>/dev/null || : >"$work/settings/npmrc"
-quoted=
-for command in "$@"; do
-  quoted="$quoted '$command'"
-done
+printf '%s\n' "$@" >"$work/commands"
 TMPDIR=/var/tmp
 export TMPDIR
 make_debian /dev/null --variant=apt --include=git,ca-certificates --format=null \
-  --customize-hook="copy-in $work/lightmill $work/fresh_machine.sh /srv" \
+  --customize-hook="copy-in $work/lightmill $work/fresh_machine.sh $work/commands /srv" \
   --customize-hook="copy-in $work/settings/npmrc /etc" \
   --customize-hook="cp -r /etc/ssl/certs \"\$1/etc/ssl/\" && cp /etc/hosts /etc/resolv.conf \"\$1/etc/\"" \
-  --customize-hook="chroot \"\$1\" env -i HOME=/root NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin sh /srv/fresh_machine.sh --inside $quoted"
+  --customize-hook="chroot \"\$1\" env -i HOME=/root NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin sh /srv/fresh_machine.sh --inside"

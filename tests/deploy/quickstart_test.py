@@ -4,16 +4,20 @@ and needs root to install packages, else exit code 77.
 
   quickstart_test.py SOURCE-FOLDER BUILD-FOLDER
 """
+import fcntl
 import json
 import os
 import pathlib
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import unittest
+
+from waiting import wait_until
 
 BUILD = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
@@ -83,6 +87,21 @@ class Quickstart(unittest.TestCase):
         self.assertEqual(code, 0, said)
         self.assertIn("is in use. The farm listens on free ports instead.", said)
         self.assertEqual(processes_of(self.root), [])
+
+    def test_a_signal_ends_the_build(self):
+        for file in (self.root / "build" / "release" / "client").rglob("*.o"):
+            file.unlink()
+        process = subprocess.Popen([self.root / "quickstart.sh", "--once"], env={"CCACHE_DISABLE": "1"}, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True)
+        self.addCleanup(process.kill)
+        ninja = self.root / "build" / "quickstart.ninja"
+        wait_until("ninja runs", ninja.exists)
+        process.send_signal(signal.SIGTERM)
+        said, _ = process.communicate()
+        self.assertEqual(process.returncode, 130, said)
+        self.assertNotIn("build: ", said.partition("build ...")[2])
+        with open(self.root / "build" / "test.lock", encoding="ascii") as lock:  # the compilers have ended
+            fcntl.flock(lock, fcntl.LOCK_EX)
 
     def test_the_build_folder_of_another_clone_is_configured_again(self):
         cache = self.root / "build" / "release" / "CMakeCache.txt"

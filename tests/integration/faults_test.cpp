@@ -163,7 +163,7 @@ TEST(JumpingClocks, DoNotDisturbAFarm) {
   expect_reference_film(farm.client(), job, picture);
   const v1::Job done = farm.client().job(job);
   EXPECT_GT(done.worker_seconds(), 0);
-  EXPECT_LT(done.worker_seconds(), 600);
+  EXPECT_LT(done.worker_seconds(), 3 * 3600) << "a jump of a worker's clock was counted";
 }
 
 }  // namespace

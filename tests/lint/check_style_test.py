@@ -93,6 +93,9 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
     def test_the_real_clock_in_common(self):
         self.assert_finds("common/farm/a.cpp", "auto t = std::chrono::system_clock::now();\n", "common/farm/a.cpp:1")
 
+    def test_subranges(self):
+        self.assert_finds("common/scene/a.cpp", "std::ranges::unique(keys);\n", "clang does not compile it")
+
     def test_standard_distributions(self):
         self.assert_finds("common/sampling/a.cpp", "std::uniform_real_distribution<float> u;\n", "not standardised")
 

@@ -16,6 +16,9 @@ from state import State, sources_id
 
 # The caller's other LIGHTMILL_ variables are settings of the programs, such as a token. Tests must not use them.
 KEPT = ("LIGHTMILL_BLENDER",)
+# These change what is compiled, or what a check or a script does.
+DROPPED = ("ASAN_OPTIONS", "CFLAGS", "CPPFLAGS", "CXXFLAGS", "LDFLAGS", "LSAN_OPTIONS", "NODE_OPTIONS", "PYTHONPATH", "TSAN_OPTIONS",
+           "UBSAN_OPTIONS")
 OF_TESTS = ("LIGHTMILL_DAMAGE_ROUNDS", "LIGHTMILL_FUZZ_CASES", "LIGHTMILL_SHOW", "LIGHTMILL_SIMULATION_SEED", "LIGHTMILL_SIMULATION_SEEDS")
 
 
@@ -75,7 +78,7 @@ def main():
     options = parse()
     INTERRUPTS.enable()
     for name in list(os.environ):
-        if name.startswith("GTEST_") or name.startswith("LIGHTMILL_") and name not in KEPT and not (options.names and name in OF_TESTS):
+        if name in DROPPED or name.startswith("GTEST_") or name.startswith("LIGHTMILL_") and name not in KEPT and not (options.names and name in OF_TESTS):
             del os.environ[name]
     try:
         if options.status or options.list:

@@ -6,7 +6,7 @@ from builds import build, files_of, runs_of
 from process import BUILD, CORES, ROOT, Failed, Stopwatch, install_packages, run_logged, show_end_of
 from results import print_end, run_tests
 
-BUILDS_ELSEWHERE = ("deploy.quickstart",)  # runs that build again what they test, beside the programs that they need
+OTHER_BUILDS = ("deploy.quickstart", "deploy.package", "deploy.container")  # runs that test programs of other builds
 FOLDERS = ("common", "server", "worker", "client")
 
 
@@ -26,9 +26,7 @@ def run_coverage(everything):
     if shutil.which("gcovr") is None:
         install_packages("--coverage")
     preset, folder, watch = "coverage", BUILD / "results" / "coverage", Stopwatch()
-    # A long run without files builds what it tests elsewhere.
-    runs = [run for run in runs_of(preset)
-            if "long" not in run.labels or everything and run.files and run.name not in BUILDS_ELSEWHERE]
+    runs = [run for run in runs_of(preset) if "long" not in run.labels or everything and run.name not in OTHER_BUILDS]
     build(preset, files_of(runs), folder / "build.log")
     for counts in (BUILD / preset).rglob("*.gcda"):
         counts.unlink()

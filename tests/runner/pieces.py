@@ -10,7 +10,7 @@ import shutil
 import time
 
 from builds import build, files_of, runs_of
-from process import BUILD, Failed, Stopwatch, beside
+from process import BUILD, ROOT, Failed, Stopwatch, beside
 from results import Results, print_end, run_tests
 from state import State, git
 
@@ -28,7 +28,11 @@ class Piece:
 
     @property
     def folder(self):
-        return BUILD / "results" / re.sub(r"[^\w.]+", "-", self.name)
+        return folder_of(self.name)
+
+
+def folder_of(name):
+    return BUILD / "results" / re.sub(r"[^\w.]+", "-", name)
 
 
 @dataclasses.dataclass
@@ -139,6 +143,16 @@ def print_outcomes(outcomes, watch):
     return not any(outcome.state == FAILED for outcome in outcomes)
 
 
+def keep_results(outcomes, folder):
+    """Copies the results of failed pieces, because the next run replaces them."""
+    for outcome in outcomes:
+        results = folder_of(outcome.name)
+        if outcome.state == FAILED and results.exists():
+            shutil.rmtree(folder / results.name, ignore_errors=True)
+            kept = shutil.copytree(results, folder / results.name)
+            print(f"kept: {kept.relative_to(ROOT)}")
+
+
 def run_default():
     watch = Stopwatch()
     first, *others = DEFAULT_PIECES
@@ -175,13 +189,13 @@ def run_all(minutes, rotate):
                 deadline = min(begun + limit, now + limit / 2 if rotate else float("inf"))
                 new = do_piece(left[0], None if minutes is None else deadline, left[1:])
                 outcomes += new
+                keep_results(new, STATE.parent / "failed")
                 state.record({each.name: state_after(state.done[each.name], each.state) for each in new})
     finally:
         print_outcomes(outcomes, watch)
         show_states(state)
     states = list(state.done.values())
-    if LATE in states:
-        print(f"\npieces that were not reached: {states.count(LATE)}")
+    print(f"\npieces: {len(states) - states.count(LATE)} were run, {states.count(LATE)} were not reached")
     return (rotate or LATE not in states) and not {FAILED, FLAKY} & set(states)
 
 

@@ -1,6 +1,7 @@
 """Runs commands with their output in a file, ends them, and measures their time."""
 import contextlib
 import dataclasses
+import errno
 import multiprocessing
 import os
 import pathlib
@@ -12,10 +13,11 @@ import subprocess
 import sys
 import time
 
+import contain
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build"
 SHOWN_LINES = 40  # of a failed command
-SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
 LOW_PRIORITY = 10
 COMPILER_BYTES = 2 << 30
 CONTROL_GROUPS = pathlib.Path("/sys/fs/cgroup")
@@ -136,28 +138,6 @@ def compilers():
     return at_once(CORES, COMPILER_BYTES)
 
 
-def processes_of(session):
-    found = []
-    for pid in filter(str.isdigit, os.listdir("/proc")):
-        with contextlib.suppress(OSError):  # it has just ended
-            state, _, _, its_session = pathlib.Path("/proc", pid, "stat").read_text().rpartition(")")[2].split()[:4]
-            if int(its_session) == session and state not in "ZX":
-                found.append(int(pid))
-    return found
-
-
-def end(process):
-    """Ends a command and all processes of its session. The command is told first, so that it does not report the others' deaths."""
-    process.terminate()
-    for number in (signal.SIGTERM, signal.SIGKILL):
-        for pid in processes_of(process.pid):
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(pid, number)
-        until = time.monotonic() + SECONDS_TO_END
-        while processes_of(process.pid) and time.monotonic() < until:
-            time.sleep(0.02)
-
-
 def show_progress(text):
     """Replaces the last line of a terminal."""
     if sys.stdout.isatty():
@@ -184,7 +164,7 @@ def output_of(command):
 def install_packages(kind):
     """An interrupt waits for the end, because half an installation is worse."""
     with INTERRUPTS.delayed():
-        code = subprocess.call(["deploy/setup", kind], cwd=ROOT)
+        code = subprocess.call(["deploy/setup", kind], cwd=ROOT, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
     if code != 0:
         raise Failed
 
@@ -192,7 +172,9 @@ def install_packages(kind):
 def run_logged(command, log, show=None, progress=None, deadline=None):
     """Runs a command with its output in a file, and prints the lines that match `show`. `progress` gets each line, and returns the
     text that a terminal is to show now, or None. Returns the command's exit code, or None if the deadline ended it. An interrupt
-    ends it too."""
+    ends it too. Processes that it leaves are ended, and then the exit code is contain.LEFT_BEHIND."""
+    if shutil.which(command[0]) is None:
+        fail_to_run(command, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
     log.parent.mkdir(parents=True, exist_ok=True)
     process, is_late = None, False
 
@@ -200,14 +182,14 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
         nonlocal is_late
         is_late = True
         if process is not None:
-            end(process)
+            process.terminate()
 
     def read_all(out):
         for line in process.stdout:
             out.write(line)
             out.flush()
             text = line.decode(errors="replace").rstrip()
-            if show is not None and re.search(show, text):
+            if text.startswith("left behind: ") or show is not None and re.search(show, text):
                 show_progress("")
                 print(text, flush=True)
             if progress is not None and (now := progress(text)) is not None:
@@ -219,21 +201,22 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
                 signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
             try:
                 with INTERRUPTS.delayed():
-                    process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                               stderr=subprocess.STDOUT, start_new_session=True, pass_fds=INHERITED)
+                    process = subprocess.Popen([sys.executable, "-B", contain.__file__, *command], cwd=ROOT, stdin=subprocess.DEVNULL,
+                                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+                                               pass_fds=INHERITED)
             except OSError as error:
                 fail_to_run(command, error)
             if is_late:  # before the process was known
-                end(process)
+                process.terminate()
             with contextlib.suppress(OSError):  # if the kernel shares time between sessions, `nice` counts only within one
                 pathlib.Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
             read_all(out)
             code = process.wait()
         except BaseException:
             if process is not None:
-                end(process)
+                process.terminate()
                 process.wait()
-                os.set_blocking(process.stdout.fileno(), False)  # a process that left the session may still hold it
+                os.set_blocking(process.stdout.fileno(), False)  # a process that cannot be ended may still hold it
                 read_all(out)
             raise
         finally:

@@ -3,7 +3,7 @@ import subprocess
 import sys
 import time
 
-from pieces import DEFAULT_PIECES, do_piece, print_outcomes
+from pieces import DEFAULT_PIECES, do_piece, keep_results, print_outcomes
 from process import BUILD, CORES, Failed, Stopwatch
 from state import State
 
@@ -45,6 +45,7 @@ def run_repeatedly(times, busy):
         if any(outcome.results.rows[0].failed for outcome in outcomes):
             print("a build failed: this run does not count")
             raise Failed
+        keep_results(outcomes, STATE.parent / f"failed-{number}")
         tests = sum(row.tests or 0 for outcome in outcomes for row in outcome.results.rows if not row.is_detail)
         state.record({name: {"tests": tests, "failed": failed, "seconds": round(watch.row(name).seconds)}})
     show_runs(state)

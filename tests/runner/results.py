@@ -5,6 +5,7 @@ import re
 import time
 import xml.etree.ElementTree
 
+import contain
 from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, at_once, run_logged, show_end_of
 
 RUN_BYTES = 1 << 30
@@ -84,14 +85,16 @@ class Running:
             print(f"{reason}: {name} had run for {time.monotonic() - begun:.0f} s")
 
 
-def read_log(log):
-    """ctest's result of each run: its end, its seconds, and the output of a failed one."""
-    ends, output = {}, None
+def read_log(log, runs):
+    """ctest's result of each run: its end, its seconds, and the output of a failed one. A failed test of this runner prints such
+    lines too, about other runs."""
+    ends, output, names = {}, None, {run.name for run in runs}
     for line in log.read_text(errors="replace").splitlines():
-        if match := ENDED.match(line):
+        ended, started = ENDED.match(line), STARTED.match(line)
+        if ended and ended.group(1) in names - ends.keys():
             output = []
-            ends[match.group(1)] = (match.group(2), float(match.group(3)), output)
-        elif STARTED.match(line) or "% tests passed" in line:
+            ends[ended.group(1)] = (ended.group(2), float(ended.group(3)), output)
+        elif started and started.group(1) in names or re.match(r"\d+% tests passed", line) and len(ends) == len(runs):
             output = None
         elif output is not None:
             output.append(line[:400])
@@ -155,7 +158,7 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         raise
     if code is None:
         running.show("time limit reached")
-    ends = read_log(log)
+    ends = read_log(log, runs)
     results, by_label = Results(is_late=code is None), {}
     for run in runs:
         if results.is_late and run.name not in ends:
@@ -171,7 +174,9 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         total = by_label.setdefault(label, Row(f"  of these {label}, sum of their times", 0, is_detail=True))
         total.seconds += seconds
         total.add(row)
-    if code and not results.failed:
+    if code == contain.LEFT_BEHIND:
+        results.failed.append("processes were left behind")
+    elif code and not results.failed:
         show_end_of(log)
         print(f"ctest ended with exit code {code}: {log.relative_to(ROOT)}")
         results.failed.append("ctest")

@@ -99,6 +99,10 @@ class Runner(unittest.TestCase):
         file.write_text(text)
         return file
 
+    def end_after_a_second(self):
+        contain = self.root / "tests/runner/contain.py"
+        self.plant(contain, contain.read_text().replace("SECONDS_TO_END = 10 ", "SECONDS_TO_END = 1 "))
+
     def plant_presets(self, variables):
         presets = [{"name": name, "generator": "Ninja", "binaryDir": "${sourceDir}/build/${presetName}", "cacheVariables": variables}
                    for name in ("release", "asan", "ubsan", "tsan", "fuzz", "plain")]
@@ -301,11 +305,11 @@ print({piece.name for piece in pieces.DEFAULT_PIECES + pieces.OTHER_PIECES} & {*
 
     def test_an_unfinished_suite_fails(self):
         self.plant_runs('script(lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)\n' + OTHERS)
-        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release build\n", r"\npieces that were not reached: 1\n")
+        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release build\n", r"\npieces: \d+ were run, 1 were not reached\n")
 
     def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
-        self.assert_passes(["--all", "--in-turn", "--minutes", "0.0001"], "not reached +long: lasts", "pieces that were not reached: ")
+        self.assert_passes(["--all", "--in-turn", "--minutes", "0.0001"], "not reached +long: lasts", r"\npieces: 0 were run, \d+ were not reached\n")
 
     def test_in_turn_a_run_passes_if_no_piece_failed(self):
         script = """
@@ -596,8 +600,7 @@ print(process.compilers(), *results.slots())
         self.assertRegex(said, r"^\./test\.sh: .*build/results.*\n$")
 
     def test_signals_end_everything(self):
-        process = self.root / "tests/runner/process.py"
-        self.plant(process, process.read_text().replace("SECONDS_TO_END = 10 ", "SECONDS_TO_END = 1 "))
+        self.end_after_a_second()
         for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
             self.plant_runs(f"""
                 foreach(label lint asan)
@@ -613,6 +616,16 @@ print(process.compilers(), *results.slots())
                 self.assertFalse(is_alive(pid))
                 self.assertFalse(pathlib.Path(folder).exists())
                 file.unlink()
+
+    def test_processes_that_a_test_leaves_fail_the_run_and_are_ended(self):
+        self.end_after_a_second()
+        self.plant_runs('''
+            script(leaves.one "setsid sleep 600 >/dev/null 2>&1 & echo $! >${CMAKE_BINARY_DIR}/left" lint)
+            script(ends.soon "sleep 0.3 >/dev/null 2>&1 &" lint)
+        ''')
+        self.assert_fails(["leaves.one"], r"\nleft behind: process \d+: sleep 600\n", r"\nfailed:\n  processes were left behind\n")
+        self.assertFalse(is_alive((self.root / "build/release/left").read_text().strip()))
+        self.assert_passes(["ends.soon"], r"\n1 passed")
 
     def test_a_signal_ends_the_parts_beside_an_ended_one(self):
         self.plant_runs("""
@@ -659,9 +672,8 @@ try:
 except KeyboardInterrupt:
     print(pathlib.Path("log").read_text())
 """
-        said = self.output_of(script)
-        os.kill(int((self.root / "left").read_text()), signal.SIGKILL)
-        self.assertEqual(said, "one\ntwo\none\ntwo\n\n")
+        self.assertEqual(self.output_of(script), "one\ntwo\none\ntwo\n\n")
+        self.assertFalse(is_alive((self.root / "left").read_text().strip()))
 
     def test_a_signal_ends_a_part_that_has_not_begun(self):
         script = """
@@ -694,6 +706,54 @@ with process.beside(work, pathlib.Path("log")):
         self.assert_passes(["--status"], r"\n2 with busy loops +3 +\d+  \n")
         self.assertEqual((self.root / "build" / "count").read_text(), "\n\n")
 
+    def test_a_failure_in_one_of_many_runs_stays_with_its_results(self):
+        self.plant_runs('''
+            script(flaky "[ -e ${CMAKE_BINARY_DIR}/tried ] || { touch ${CMAKE_BINARY_DIR}/tried; echo the reason; exit 1; }" lint)
+        ''')
+        for _ in range(2):
+            self.assert_fails(["--repeat", "2"], r"\n1 +3 +\d+  flaky\n2 +3 +\d+  \n")
+        self.assertIn("the reason", (self.root / "build/repeat/failed-1/release-build/test.log").read_text())
+        self.assertNotIn("the reason", (self.root / "build/results/release-build/test.log").read_text())
+
+    def test_a_run_whose_build_failed_does_not_count(self):
+        self.plant_runs("""
+            add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/broken COMMAND false)
+            add_custom_target(broken.built DEPENDS ${CMAKE_BINARY_DIR}/broken)
+            lightmill_run(needs.broken LABELS unit NEEDS broken COMMAND true)
+        """)
+        self.assert_fails(["--repeat", "1"], "a build failed: this run does not count")
+        self.assertNotRegex(self.run_it("--status")[1], r"\n1 +")
+
+    def test_busy_loops_run_on_each_core_in_the_last_runs(self):
+        # The runner is the parent of the loops, and of what runs this script.
+        self.plant_runs('''
+            script(counts "pgrep -fc -P $(cat ${CMAKE_SOURCE_DIR}/build/test.lock) 'while os.getppid' >>${CMAKE_SOURCE_DIR}/build/count; true" lint)
+        ''')
+        self.assert_passes(["--repeat", "2", "--busy", "1"])
+        self.assertEqual((self.root / "build/count").read_text(), f"0\n{len(os.sched_getaffinity(0))}\n")
+
+    def test_the_log_of_the_background_is_kept(self):
+        self.plant_runs('script(fails "exit 1" lint)\n')
+        for _ in range(2):
+            self.assert_passes(["--repeat", "1", "--background"])
+            self.wait_until_no_run()
+        log = (self.root / "build/repeat/log").read_text()
+        self.assertEqual(log.count("#### begun "), 2)
+        self.assertIn("***Failed", log)
+
+    def test_what_a_test_prints_is_not_the_result_of_another(self):
+        self.plant_runs('''
+            script(a.first "exit 1" lint)
+            script(z.last "echo '1/9 Test #9: a.first ....   Passed    0.01 sec'; echo 'Start 9: other'; echo the reason; exit 1" lint)
+            set_tests_properties(z.last PROPERTIES DEPENDS a.first)
+        ''')
+        self.assert_fails([], r"\n2 passed, 2 failed", r"\nfailed: z.last\n(    .*\n)*    the reason\n")
+
+    def test_settings_of_the_caller_do_not_reach_the_tests(self):
+        self.plant_runs('script(unset "test -z $ASAN_OPTIONS$CXXFLAGS$PYTHONPATH" lint)\n')
+        passed, said = self.end(self.start("unset", env={**os.environ, "ASAN_OPTIONS": "a", "CXXFLAGS": "b", "PYTHONPATH": "c"}))
+        self.assertTrue(passed, said)
+
     def test_wrong_arguments_print_the_usage(self):
         for arguments in (["--repeat", "0"], ["--repeat", "-1"], ["--repeat", "1", "--busy", "2"], ["--backg", "--all"],
                           ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"], [""], ["."],
@@ -708,7 +768,10 @@ with process.beside(work, pathlib.Path("log")):
 
 def load_tests(_, suites, __):
     shard, shards = map(int, os.environ.get("SHARD", "1/1").split("/"))
-    return unittest.TestSuite([test for suite in suites for test in suite][shard - 1::shards])
+    tests = [test for suite in suites for test in suite][shard - 1::shards]
+    if not tests:
+        sys.exit("this shard has no tests")
+    return unittest.TestSuite(tests)
 
 
 if __name__ == "__main__":

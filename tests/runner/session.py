@@ -30,6 +30,8 @@ def lock_holder():
     with contextlib.suppress(FileNotFoundError), open(LOCK, encoding="ascii") as lock:
         if not try_to_lock(lock, fcntl.LOCK_SH):
             process = lock.read().strip()
+            if not process:  # it has just begun
+                return "another command"
             return f"process {process}" if pathlib.Path("/proc", process).exists() else f"a command of the killed process {process}"
     return None
 
@@ -44,7 +46,7 @@ def only_one():
         while not (is_locked := try_to_lock(lock, fcntl.LOCK_EX)) and time.monotonic() < until:
             time.sleep(0.02)
         if not is_locked:
-            print(f"{lock_holder() or 'another process'} works in this checkout already. Wait until it ends, or use another checkout: "
+            print(f"{lock_holder() or 'another command'} works in this checkout already. Wait until it ends, or use another checkout: "
                   "git worktree add FOLDER")
             raise Failed
 
@@ -99,7 +101,7 @@ def temporary_folder():
 
 
 def go_to_background(log):
-    """Continues in another process. Its output goes to `log`. This one ends, without a release of the lock."""
+    """Continues in another process. Its output is added to `log`. This one ends, without a release of the lock."""
     log.parent.mkdir(parents=True, exist_ok=True)
     process = os.fork()
     if process:
@@ -107,7 +109,8 @@ def go_to_background(log):
               f"./test.sh --status says what is done; kill {process} stops it, and the same command continues it.", flush=True)
         os._exit(0)
     os.setsid()
-    with open(log, "wb") as out, open(os.devnull, "rb") as nothing:
+    with open(log, "ab") as out, open(os.devnull, "rb") as nothing:
         for number, file in enumerate((nothing, out, out)):
             os.dup2(file.fileno(), number)
     sys.stdout.reconfigure(line_buffering=True)
+    print(f"\n######## begun {time.strftime('%Y-%m-%d %H:%M:%S')}")

@@ -129,9 +129,9 @@ class GltfScene {
     name = !name.empty() ? name : mesh["name"].text();
     for (const Part& part : parts) {
       const std::string& material = loaded_.scene.materials[part.material].name;
-      const Status added = add_object(
-          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene},
-          loaded_);
+      const Status added = add_object({scene_name(parts.size() == 1 ? name : fmt::format("{}/{}", name, material)),
+                                       part.material, part.shape, to_scene},
+                                      loaded_);
       if (!added.ok()) {
         placed.node.fail(message_of(added));
         return;

@@ -400,9 +400,7 @@ std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& f
 }
 
 std::string GltfMaterials::unique_name(std::string name, std::string_view fallback) {
-  if (name.empty()) {
-    name = fallback;
-  }
+  name = scene_name(name.empty() ? fallback : name);
   std::string unique = name;
   for (int& number = numbers_.try_emplace(name, 1).first->second; !names_.insert(unique).second;) {
     unique = fmt::format("{} ({})", name, ++number);

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "common/base/text.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -123,7 +124,7 @@ constexpr double kLumensPerWatt = 683;
 std::string name_of(const PlacedNode& placed, const JsonNode& thing) {
   constexpr std::size_t kMaxBytes = 500;  // many nodes may share the thing
   const std::string node = placed.node["name"].text();
-  return !node.empty() ? node : cut_text(thing["name"].text(), kMaxBytes);
+  return !node.empty() ? scene_name(node) : cut_text(thing["name"].text(), kMaxBytes);
 }
 
 /// The node's −z axis, along which its lights and cameras look. It must not be zero.

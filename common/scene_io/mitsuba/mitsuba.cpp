@@ -286,7 +286,7 @@ Result<std::uint32_t> MitsubaWorld::material_index(Material material, const Mits
   if (!added) {
     return found->second;
   }
-  const std::string name = utf8_text(material.name);
+  const std::string name = scene_name(material.name);
   material.name = name;
   for (int& copy = copies_.try_emplace(name, 1).first->second; !names_.insert(material.name).second;) {
     material.name = fmt::format("{} ({})", name, ++copy);
@@ -311,7 +311,7 @@ Status MitsubaWorld::place(const Piece& piece, const Transform& to_scene, const 
     notices_.left_out("shapes with a scale of 0");
     return ok_status();
   }
-  Object object{utf8_text(piece.object->label()), piece.material, MeshShape{}, kIdentityTransform};
+  Object object{scene_name(piece.object->label()), piece.material, MeshShape{}, kIdentityTransform};
   if (piece.shape.ball) {
     const std::optional<double> radius = similarity_scale(all);
     if (!radius) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/base/text.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -74,7 +75,7 @@ SpotLight spot_emitter(const MitsubaObject& from, const Transform& to_scene, Mit
 Result<Light> read_mitsuba_light(const MitsubaObject& from, MitsubaTextures& textures, FileSource& files,
                                  LoadedScene& loaded, Notices& notices) {
   Light out;
-  out.name = utf8_text(from.label());
+  out.name = scene_name(from.label());
   const Transform to_scene = from.transform("to_world");
   if (from.type == "point") {
     const Transform at = from.has("position") ? translation(from.point("position", {})) : to_scene;

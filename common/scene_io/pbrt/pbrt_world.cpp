@@ -7,6 +7,7 @@
 #include "common/base/text.h"
 #include "common/scene/validate/parts.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/mesh_edits.h"
 #include "common/scene_io/transforms.h"
 
@@ -346,7 +347,7 @@ Result<LoadedScene> PbrtWorld::finish(const SourcePlace& place_of_scene) {
   std::map<std::string, int> copies;  ///< materials of one name in the file
   for (const Use& use : uses_) {
     LM_ASSIGN_OR_RETURN(Material material, material_of(use));
-    const std::string name = utf8_text(material.name);
+    const std::string name = scene_name(material.name);
     material.name = name;
     for (int& copy = copies.try_emplace(name, 1).first->second; !names.insert(material.name).second;) {
       material.name = fmt::format("{} ({})", name, ++copy);

@@ -15,7 +15,7 @@ from waiting import wait_until
 
 CONTROLLER = "ctl"
 NETWORK = "10.77.0"
-KILL_WAIT = 30  # seconds that a cancelled job has
+KILL_WAIT = 600  # seconds that a cancelled job has, longer than tests wait
 SLURM_CONF = """
 ClusterName=lightmill
 SlurmctldHost={controller}({network}.1)

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import unittest
 
-from cluster import Cluster, CONTROLLER, KILL_WAIT, run, wait_until
+from cluster import Cluster, CONTROLLER, run, wait_until
 from waiting import TIMEOUT_S
 from postgres import start_postgres
 from processes import expect_no_fault
@@ -140,7 +140,7 @@ class SlurmTest(unittest.TestCase):
         """Workers leave and say so when they are cancelled, before Slurm kills them."""
         names = farm.workers()
         self.cluster.call("scancel", "--name", WORKER)
-        wait_until("no worker is left", lambda: not self.slurm_jobs() and not farm.workers(), KILL_WAIT - 5)
+        wait_until("no worker is left", lambda: not self.slurm_jobs() and not farm.workers())
         self.expect_drained(names, farm)
 
     def expect_no_crash(self):
@@ -173,7 +173,7 @@ class SlurmTest(unittest.TestCase):
         self.farm.wait_for(job, 0.1)
         before = self.farm.workers()
         self.cluster.call("scancel", self.slurm_jobs()[0][0])
-        wait_until("it leaves", lambda: len(self.slurm_jobs()) == 1, KILL_WAIT - 5)
+        wait_until("it leaves", lambda: len(self.slurm_jobs()) == 1)
         shown = self.farm.show(job)
         self.assertLess(shown["fraction_done"], 1)
         self.assertEqual(shown["counters"]["leases_lost"], 0)

@@ -7,6 +7,7 @@
 #include <utmp.h>
 
 #include <cstring>
+#include <fstream>
 #include <regex>
 #include <set>
 
@@ -157,6 +158,18 @@ class Terminal {
       return std::distance(begin(threads), end(threads)) > 1;
     });
   }
+  /// Waits until no signal is pending, or the program has ended.
+  bool has_taken_signals() const {
+    return eventually([&] {
+      std::ifstream status(fmt::format("/proc/{}/status", pid_));
+      bool none_is_pending = true;
+      for (std::string line; std::getline(status, line);) {
+        none_is_pending =
+            none_is_pending && (!line.starts_with("ShdPnd:") || line.find_first_not_of("0\t", 7) == std::string::npos);
+      }
+      return none_is_pending;
+    });
+  }
   /// Expects the first screen, a visible cursor, line wrap, and echoed input.
   void expect_as_it_was() const {
     const termios now = settings();
@@ -244,7 +257,7 @@ class SilentFarmTest : public FarmCliTest {
     ASSERT_TRUE(terminal.says("out of date: no answer for ")) << terminal.said();
     for (const char key : keys) {
       terminal.type(key);
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));  // two at once may arrive as one signal
+      EXPECT_TRUE(terminal.has_taken_signals());  // two at once may arrive as one
     }
     const int code = terminal.wait();
     EXPECT_TRUE(codes.contains(code)) << code;

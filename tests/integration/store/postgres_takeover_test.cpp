@@ -129,6 +129,9 @@ TEST_F(PostgresStoreTest, ADisconnectedCoordinatorIsReplacedBeforeItsLeaseExpire
     std::this_thread::sleep_for(pause);
     if (++looks == 3) {
       killed.reset();
+      EXPECT_TRUE(eventually([this] {
+        return sql("SELECT count(*) FROM pg_stat_activity WHERE application_name = 'lightmill-server killed'") == "0";
+      }));
     }
     return looks < 100;
   };

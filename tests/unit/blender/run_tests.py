@@ -14,4 +14,4 @@ except ImportError:
     sys.exit(77)
 
 tests = unittest.defaultTestLoader.discover(HERE, "*_test.py")
-sys.exit(0 if unittest.TextTestRunner().run(tests).wasSuccessful() else 1)
+sys.exit(0 if tests.countTestCases() and unittest.TextTestRunner().run(tests).wasSuccessful() else 1)

@@ -140,5 +140,47 @@ TEST_F(FaultyFile, AStrictReaderRefusesFaults) {
       "--strict: a.gltf: materials[0].pbrMetallicRoughness.roughnessFactor: a number from 0 to 1 is expected, got 2");
 }
 
+// Of each kind of thing, in each format.
+TEST_F(FaultyFile, LongNamesAreCut) {
+  std::string name;
+  for (int i = 0; i < 600; ++i) {
+    name += "é";
+  }
+  const auto expect_cut = [](const std::string& of_thing) {
+    EXPECT_LE(of_thing.size(), 1000u);
+    EXPECT_TRUE(of_thing.starts_with("éé") && of_thing.ends_with("é…")) << of_thing;
+  };
+  write("long.mtl", "newmtl " + name + "\nKd 1 0 0\n");
+  const LoadedScene obj =
+      good(write("a.obj", "mtllib long.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl " + name + "\nf 1 2 3\n"));
+  EXPECT_EQ(colour_of(obj), kRed);
+  expect_cut(obj.scene.materials[0].name);
+
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const std::string named = fmt::format(R"("name":"{}")", name);
+  const LoadedScene gltf = good(write(
+      "a.gltf",
+      test::gltf(buffer.embedded() +
+                 fmt::format(
+                     R"(,"extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
+                        {{"type":"point",{0}}}]}}}},"materials":[{{{0}}}],"meshes":[{{"primitives":[
+                        {{"attributes":{{"POSITION":0}},"material":0}}]}}],"nodes":[{{{0},"mesh":0}},
+                        {{{0},"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],"scenes":[{{"nodes":[0,1]}}])",
+                     named))));
+  ASSERT_EQ(gltf.scene.lights.size(), 1u);
+  expect_cut(gltf.scene.materials.at(0).name);
+  expect_cut(gltf.scene.objects.at(0).name);
+  expect_cut(gltf.scene.lights[0].name);
+
+  const LoadedScene mitsuba = good(
+      write("a.xml", fmt::format(R"(<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere" id="{0}">
+                 <bsdf type="diffuse" id="{0}2"/></shape><emitter type="point" id="{0}3"/></scene>)",
+                                 name)));
+  expect_cut(mitsuba.scene.materials.at(0).name);
+  expect_cut(mitsuba.scene.objects.at(0).name);
+  expect_cut(mitsuba.scene.lights.at(0).name);
+}
+
 }  // namespace
 }  // namespace lightmill
