@@ -62,8 +62,7 @@ Status denoise(FilmPicture& picture) {
   const auto features = std::ranges::find(picture.layers, kFeaturesLayer, &PictureLayer::name);
   if (features == picture.layers.end()) {
     return failed_precondition(
-        "job {} cannot be denoised, because its film has no layer \"features\": submit it with --denoise",
-        picture.receipt.job);
+        "the picture cannot be denoised, because its film has no layer \"features\": render it with --denoise");
   }
   const ReconstructionInput film{picture.data.width, picture.data.height, picture.half_a,  picture.half_b,
                                  picture.samples_a,  picture.samples_b,   features->values};

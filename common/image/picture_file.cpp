@@ -47,8 +47,9 @@ Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat for
 
 Result<FramedPicture> framed_picture(const Image& image) {
   FramedPicture picture{{image.data.width, image.data.height, {}}, image.display, image.data};
+  const std::vector<float>* const grey = image.floats("R") == nullptr ? image.floats("Y") : nullptr;
   for (const char* name : {"R", "G", "B"}) {
-    const std::vector<float>* values = image.floats(name);
+    const std::vector<float>* const values = grey != nullptr ? grey : image.floats(name);
     if (values == nullptr) {
       return invalid_argument("the file has no channel {}", name);
     }

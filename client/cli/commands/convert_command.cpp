@@ -16,20 +16,21 @@ namespace {
 constexpr const char* kConvertMore =
     "Needs no farm. The picture is that of `lightmill fetch` with the same options. --png-layer and --denoise need an EXR "
     "file that has these layers (`lightmill help layers`, `lightmill help denoise`).\n"
-    "Of EXR files by other programs, it shows the channels R, G and B.";
+    "Of EXR files by other programs, it shows the channels R, G and B, or Y. So it does with files of Lightmill that another program "
+    "has saved.";
 
 struct ConvertOptions {
   std::string input;
   PictureOptions picture;
 };
 
-/// The picture of a file by another program. It has no layers and no receipt.
+/// The picture of a file that another program has saved. It has no layers and no receipt.
 Result<FilmPicture> foreign_picture(const Image& image, const ConvertOptions& options) {
   const std::vector<std::string> png = options.picture.png_outputs();
   if (png.size() < options.picture.outputs.size() || options.picture.denoise || !options.picture.png_layer.empty()) {
     return invalid_argument(
-        "it was not written by Lightmill, so only its R, G and B can be made a PNG file: leave out "
-        "-o FILE.exr, --denoise and --png-layer");
+        "another program has saved it, so only its R, G and B can be made a PNG file: leave out -o FILE.exr, --denoise and "
+        "--png-layer");
   }
   LM_ASSIGN_OR_RETURN(const FramedPicture framed, framed_picture(image));
   FilmPicture picture(framed.display, framed.data);
@@ -37,12 +38,21 @@ Result<FilmPicture> foreign_picture(const Image& image, const ConvertOptions& op
   return picture;
 }
 
-Result<FilmPicture> read_picture(ByteView bytes, const ConvertOptions& options) {
+Result<FilmPicture> read_picture(ByteView bytes, const ConvertOptions& options, const Console& console) {
   if (!is_exr(bytes)) {
     return invalid_argument("this is not an EXR file");
   }
   LM_ASSIGN_OR_RETURN(const Image image, decode_exr(bytes));
-  return image.text(kFileChecksum).empty() ? foreign_picture(image, options) : from_image(image);
+  if (image.text(kFileChecksum).empty()) {
+    return foreign_picture(image, options);
+  }
+  Result<FilmPicture> own = from_image(image);
+  if (own.ok()) {
+    return own;
+  }
+  LM_ASSIGN_OR_RETURN(FilmPicture picture, foreign_picture(image, options));
+  console.notice(fmt::format("{}: {}. Only its R, G and B are shown", options.input, message_of(own.status())));
+  return picture;
 }
 
 Result<ExitCode> convert(const Console& console, const ConvertOptions& options) {
@@ -54,7 +64,7 @@ Result<ExitCode> convert(const Console& console, const ConvertOptions& options) 
     }
   }
   LM_ASSIGN_OR_RETURN(const std::string bytes, read_file(options.input));
-  Result<FilmPicture> picture = with_context(read_picture(as_byte_view(bytes), options), options.input);
+  Result<FilmPicture> picture = with_context(read_picture(as_byte_view(bytes), options, console), options.input);
   if (!picture.ok()) {
     return as_input_error(picture.status());
   }

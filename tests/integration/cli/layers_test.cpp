@@ -144,11 +144,28 @@ TEST_F(CliTest, ConvertSaysWhatAFileLacks) {
             "cannot open " + file("none.exr") + ": No such file or directory");
   for (const std::vector<std::string>& more :
        {std::vector<std::string>{"-o", file("b.exr")}, {"-o", file("b.png"), "--png-layer", "normal"}}) {
-    EXPECT_NE(failure(with({file("other.exr")}, more)).find("it was not written by Lightmill"), std::string::npos);
+    EXPECT_NE(failure(with({file("other.exr")}, more)).find("another program has saved it"), std::string::npos);
   }
-  image.channels.pop_back();
+  image.channels = {{"Y", std::vector<float>{0, 0.25f, 0.5f, 1}}};
+  std::ofstream(file("grey.exr")) << encode_exr(image).value();
+  json({"convert", file("grey.exr"), "-o", file("grey.png")});
+  EXPECT_EQ(read_file(file("grey.png")).value(), read_file(file("other.png")).value());
+  image.channels = {{"R", std::vector<float>(4)}, {"G", std::vector<float>(4)}};
   std::ofstream(file("two.exr")) << encode_exr(image).value();
   EXPECT_EQ(failure({file("two.exr"), "-o", file("b.png")}), file("two.exr") + ": the file has no channel B");
+}
+
+// Such a program may change the channels' type, and keep the checksum of the file that it has read.
+TEST_F(CliTest, ConvertShowsAFilmThatAnotherProgramHasSaved) {
+  json({"render", scene("cornell-bench-blocks.json"), "--local", "--size", "24x20", "--spp", "2", "-o", file("a.exr"),
+        "-o", file("a.png")});
+  Image image = decode_exr(as_byte_view(read_file(file("a.exr")).value())).value();
+  std::erase_if(image.channels, [](const ImageChannel& channel) { return channel.name.size() > 1; });
+  std::ofstream(file("saved.exr")) << encode_exr(image).value();
+  const CommandResult converted = lightmill({"convert", file("saved.exr"), "-o", file("saved.png")});
+  EXPECT_EQ(converted.exit_code, 0);
+  EXPECT_NE(converted.err.find("Only its R, G and B are shown"), std::string::npos) << converted.err;
+  EXPECT_EQ(read_file(file("saved.png")).value(), read_file(file("a.png")).value());
 }
 
 TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {

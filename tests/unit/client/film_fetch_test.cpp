@@ -92,7 +92,7 @@ TEST(FilmFile, APictureThatCannotBeWrittenDoesNotStopTheOthersAndIsKept) {
 TEST(FilmFile, ADenoisedPictureIsBesideTheRawOneAndNotInItsHash) {
   auto [picture, hash] = example_film();
   EXPECT_EQ(message_of(denoise(picture)),
-            "job 0 cannot be denoised, because its film has no layer \"features\": submit it with --denoise");
+            "the picture cannot be denoised, because its film has no layer \"features\": render it with --denoise");
   picture.layers.push_back(make_picture_layer("features", picture.pixels()));
   const std::string raw_hash = film_hash_of(picture).hex();
   ASSERT_TRUE(denoise(picture).ok());
