@@ -168,6 +168,7 @@ case "$*" in
     exit 0
     ;;
   *)
+    echo "quickstart.sh: unknown argument: $*" >&2
     sed -n '2,9s/^# \{0,1\}//p' "$0" >&2
     exit 2
     ;;

@@ -129,9 +129,16 @@ function(lightmill_test_run run filter)
                                                        GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/reports/${run}.xml)
 endfunction()
 
-# lightmill_write_test_programs(): writes each program and its source files, for test.sh.
+# lightmill_write_test_programs(): writes each program and its source files, for test.sh. Fails if the table of long tests names
+# another program.
 function(lightmill_write_test_programs)
   get_property(programs GLOBAL PROPERTY LIGHTMILL_TEST_PROGRAMS)
+  get_property(long GLOBAL PROPERTY LIGHTMILL_LONG_PROGRAMS)
+  foreach(program ${long})
+    if(NOT program IN_LIST programs)
+      message(FATAL_ERROR "tests/long_tests.md: there is no program of tests ${program}")
+    endif()
+  endforeach()
   set(lines "")
   foreach(program ${programs})
     get_target_property(sources ${program} LIGHTMILL_SOURCES)

@@ -6,7 +6,7 @@ lock_builds() {
   mkdir -p build
   exec 9>>build/test.lock
   if ! flock -w 1 9; then
-    echo 'A build or test of this checkout is running, in the same build folder. Start again when it has ended.' >&2
+    echo "Process $(cat build/test.lock) builds or tests in this checkout already. Start again when it has ended." >&2
     return 1
   fi
   echo $$ >build/test.lock

@@ -323,7 +323,7 @@ def main():
     report = check_links(options.links) if options.links else check_tree(options.root)
     for line in report.lines:
         print(line)
-    print(f"{len(report.lines)} violations")
+    print(f"violations: {len(report.lines)}")
     return 1 if report.lines else 0
 
 

@@ -1,5 +1,6 @@
 """Builds Lightmill and runs its tests. test.sh calls this."""
 import argparse
+import contextlib
 import os
 import re
 import signal
@@ -9,7 +10,7 @@ import pieces
 import repeat
 from coverage import run_coverage
 from named import run_named
-from process import BUILD, INTERRUPTS, Failed, install_packages
+from process import BUILD, INTERRUPTS, Failed, install_packages, show_what_runs
 from session import go_to_background, lock_holder, only_one, temporary_folder
 from state import State, sources_id
 
@@ -22,6 +23,13 @@ DROPPED = ("ASAN_OPTIONS", "CFLAGS", "CPPFLAGS", "CXXFLAGS", "LDFLAGS", "LSAN_OP
 OF_TESTS = ("LIGHTMILL_DAMAGE_ROUNDS", "LIGHTMILL_FUZZ_CASES", "LIGHTMILL_SHOW", "LIGHTMILL_SIMULATION_SEED", "LIGHTMILL_SIMULATION_SEEDS")
 
 
+def minutes(text):
+    with contextlib.suppress(ValueError):
+        if 0 < (value := float(text)) < float("inf"):
+            return value
+    raise argparse.ArgumentTypeError(f"a number above 0 is expected, got {text}")
+
+
 def parse():
     parser = argparse.ArgumentParser(prog="./test.sh", description="Builds Lightmill and runs its tests.", allow_abbrev=False)
     parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match, or a piece of --list; "
@@ -31,7 +39,7 @@ def parse():
     parser.add_argument("--busy", type=int, default=0, metavar="M", help="with --repeat: run a busy loop on each core during the last M runs")
     parser.add_argument("--coverage", action="store_true", help="which lines the default suite runs; with --all, the long tests too")
     parser.add_argument("--background", action="store_true", help="with --all or --repeat: in the background")
-    parser.add_argument("--minutes", type=float, metavar="N", help="with --all: stop after N minutes")
+    parser.add_argument("--minutes", type=minutes, metavar="N", help="with --all: stop after N minutes")
     parser.add_argument("--in-turn", action="store_true", help="with --all: skip the default suite, and start at a piece that "
                                                                "depends on the commit")
     parser.add_argument("--status", action="store_true", help="what --all and --repeat have done so far")
@@ -46,8 +54,6 @@ def parse():
         parser.error("--background needs --all or --repeat")
     if (options.minutes is not None or options.in_turn) and given != {"all"}:
         parser.error("--minutes and --in-turn need --all")
-    if options.minutes is not None and not 0 < options.minutes < float("inf"):
-        parser.error("--minutes must be above 0")
     if options.repeat is not None and options.repeat < 1 or not 0 <= options.busy <= (options.repeat or 0):
         parser.error("--repeat must be at least 1, and --busy at most the number of --repeat")
     return options
@@ -56,6 +62,7 @@ def parse():
 def show_status():
     holder = lock_holder()
     print(f"{holder} is running" if holder else "no run is active")
+    show_what_runs()
     pieces.show_states(State(pieces.STATE))
     repeat.show_runs(State(repeat.STATE))
 

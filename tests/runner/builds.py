@@ -7,7 +7,7 @@ import re
 import shutil
 import time
 
-from process import BUILD, ROOT, Failed, compilers, output_of, run_logged, show_end_of, show_progress
+from process import BUILD, ROOT, Failed, compilers, doing, output_of, run_logged, show_end_of, show_progress
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,7 +76,8 @@ def build(preset, targets, log, deadline=None):
     configure(preset)
     code = 0
     if targets:  # without targets ninja would build everything
-        code = run_logged(["ninja", "-j", str(compilers()), "-C", f"build/{preset}", *targets], log, r"^FAILED|error:", Steps(), deadline)
+        with doing(f"build of {preset} ({log.relative_to(ROOT)})"):
+            code = run_logged(["ninja", "-j", str(compilers()), "-C", f"build/{preset}", *targets], log, r"^FAILED", Steps(), deadline)
     if code:
         show_end_of(log)
         print(f"the build failed: {log.relative_to(ROOT)}")

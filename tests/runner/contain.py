@@ -3,8 +3,8 @@
   contain.py COMMAND [ARGUMENT...]
 
 All processes below the command are below this one too, also those with a session of their own and those whose parent has ended. When
-the command ends, they have ten seconds to end. Those that go on are named and ended, and the exit code is 120. On SIGTERM, all are
-ended.
+the command ends, they have ten seconds to end. Those that go on are named and ended, and the exit code is 120. On SIGTERM, or when the
+caller ends, all are ended.
 """
 import contextlib
 import ctypes
@@ -17,7 +17,7 @@ import time
 
 SECONDS_TO_END = 10  # before the next signal
 LEFT_BEHIND = 120  # exit code
-SET_CHILD_SUBREAPER = 36  # of prctl(2): orphans become children of this process
+SET_PDEATHSIG, SET_CHILD_SUBREAPER = 1, 36  # of prctl(2)
 
 
 class Stopped(Exception):
@@ -74,11 +74,17 @@ def command_of(pid):
     return "which has just ended"
 
 
+def end_with_parent():
+    """SIGTERM comes when the parent ends."""
+    ctypes.CDLL(None).prctl(SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+
+
 def main():
-    ctypes.CDLL(None).prctl(SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+    ctypes.CDLL(None).prctl(SET_CHILD_SUBREAPER, 1, 0, 0, 0)  # orphans become children of this process
     command = None
     try:
         signal.signal(signal.SIGTERM, stop)
+        end_with_parent()
         command = subprocess.Popen(sys.argv[1:], close_fds=False)
         pid = 0
         while pid != command.pid:

@@ -6,7 +6,7 @@ import re
 import shutil
 
 from builds import build, files_of, programs_of, runs_of
-from process import BUILD, Stopwatch, output_of
+from process import BUILD, ROOT, Stopwatch, output_of
 from results import Results, print_end, run_tests
 
 SANITIZERS = {"asan": "asan", "tsan": "threads", "ubsan": "asan"}  # presets, and the labels of the runs that gain most from them
@@ -19,6 +19,7 @@ def words_of(name):
 def runs_with(name, runs):
     """Runs with this label, or with these words in their names. Long ones only if the name is `long`, or if there are no
     others."""
+    name = name.lower()
     found = [run for run in runs if name in run.labels or words_of(name) in words_of(run.name)]
     short = [run for run in found if "long" not in run.labels]
     if name == "long" or not short:
@@ -28,12 +29,37 @@ def runs_with(name, runs):
     return short
 
 
-def named_tests(sources, name):
-    """Tests (Suite.Name) in these files whose names contain `name`. It may be written as in reports: Instance/Suite.Name/parameter."""
-    name = re.sub(r"^(?:\w+/)?(\w+)(?:/\w+)?\.(\w+)(?:/.*)?$", r"\1.\2", name)
+def tests_of(source):
+    """The names (Suite.Name) of the tests in a file."""
     macro = r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)"
-    tests = [".".join(found) for source in sources for found in re.findall(macro, pathlib.Path(source).read_text(), re.M)]
-    return [test for test in tests if name.lower() in test.lower()]
+    return [".".join(found) for found in re.findall(macro, pathlib.Path(source).read_text(), re.M)]
+
+
+def named_tests(sources, name):
+    """Tests in these files with `name` in their names, from the start of a word such as Order in MergeOrder. It may be written as in
+    reports: Instance/Suite.Name/parameter. Or it is one of the files, and all its tests are meant."""
+    if name.endswith(".cpp"):
+        return [test for source in sources if f"/{source}".endswith(f"/{name}") for test in tests_of(source)]
+    name = re.sub(r"^(?:\w+/)?(\w+)(?:/\w+)?\.(\w+)(?:/.*)?$", r"\1.\2", name).lower()
+    return [test for source in sources for test in tests_of(source)
+            if any(test[start:].lower().startswith(name) for start in word_starts(test))]
+
+
+def word_starts(test):
+    return [0, *(match.start() + 1 for match in re.finditer(r"[a-z0-9._](?=[A-Z0-9])|[A-Z](?=[A-Z][a-z])|[._](?=[a-z])", test))]
+
+
+def unknown(name, runs, programs):
+    """Says that nothing has this name, and what it may mean."""
+    listed = {source for sources in programs.values() for source in sources}
+    for file in sorted((ROOT / "tests").rglob("*_test.cpp")):
+        if str(file) not in listed and named_tests([str(file)], name):
+            return f"{file.relative_to(ROOT)} is in no CMakeLists.txt, or needs a program that is not found on this machine"
+    tests = [test for sources in programs.values() for source in sources for test in tests_of(source)]
+    known = {word for run in runs for word in [run.name, *run.name.split("."), *run.labels]}
+    beginnings = {test[start:start + len(name)] for test in tests for start in word_starts(test)}
+    close = difflib.get_close_matches(name, sorted(known), 3, 0.6) or difflib.get_close_matches(name, sorted(beginnings), 3, 0.8)
+    return "no program, label or test has this name." + (f" Did you mean: {', '.join(close)}?" if close else "")
 
 
 def filter_of(tests):
@@ -69,13 +95,13 @@ def write_filtered(folder, preset, runs, filters):
 
 
 def run_named(words):
+    words = [word.lower() if word.lower() in SANITIZERS else word for word in words]
     presets = [word for word in words if word in SANITIZERS] or ["release"]
     if len(presets) > 1:
         print(f"{' and '.join(presets)} are different builds: run one after the other")
         return False
     [preset] = presets
     watch, folder = Stopwatch(), BUILD / "results" / "named"
-    shutil.rmtree(folder, ignore_errors=True)
     runs, programs = runs_of(preset), programs_of(preset)
     chosen, tests_of_names = [], {}
     for name in [word for word in words if word not in SANITIZERS] or [SANITIZERS[preset]]:
@@ -84,10 +110,13 @@ def run_named(words):
         if not found:
             tests_of_names[name] = {program: tests for program, files in programs.items() if (tests := named_tests(files, name))}
         if not found and not tests_of_names[name]:
-            known = sorted({word for run in runs for word in [run.name, *run.labels]})
-            close = difflib.get_close_matches(name, known, 3, 0.4)
-            print(f"{name}: no program, label or test has this name." + (f" Did you mean: {', '.join(close)}?" if close else ""))
+            print(f"{name}: {unknown(name, runs, programs)}")
             return False
+        for program, tests in tests_of_names.get(name, {}).items():
+            print(f"{name} in {program}: {', '.join(tests)}", flush=True)
+    if chosen:
+        print("programs and scripts: " + ", ".join(run.name for run in chosen), flush=True)
+    shutil.rmtree(folder, ignore_errors=True)
     build(preset, files_of(chosen) + sorted({f"tests/{program}" for tests in tests_of_names.values() for program in tests}),
           folder / "build.log")
     filters = {}
@@ -97,9 +126,8 @@ def run_named(words):
             print(f"{name}: no program that was built has a test of this name.")
             return False
         for program, pattern in found.items():
-            print(f"{name} in {program}: {', '.join(tests[program])}", flush=True)
             filters[program] = ":".join([pattern, *([filters[program]] if program in filters else [])])
-    results = Results(rows=[watch.row("build")])
+    results = Results(rows=[watch.row(f"{preset}: build")])
     if chosen:
         results.add(run_tests(BUILD / preset, chosen, folder, "programs and scripts"))
     if filters:

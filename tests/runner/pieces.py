@@ -200,6 +200,9 @@ def run_all(minutes, rotate):
 
 
 def show_states(state):
+    if not state.done:
+        print("\n--all has done nothing with these sources")
+        return
     print(f"\n{'state':<20} piece")
     for name, said in state.done.items():
         print(f"{said:<20} {name}")

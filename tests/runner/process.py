@@ -17,7 +17,9 @@ import contain
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build"
+NOW = BUILD / "now"  # notes by process
 SHOWN_LINES = 40  # of a failed command
+LONG_LINE = 500
 LOW_PRIORITY = 10
 COMPILER_BYTES = 2 << 30
 CONTROL_GROUPS = pathlib.Path("/sys/fs/cgroup")
@@ -96,6 +98,28 @@ class Interrupts:
 
 
 INTERRUPTS = Interrupts()
+
+
+@contextlib.contextmanager
+def doing(what):
+    """Notes what this process does, for --status. An interrupt prints it."""
+    NOW.mkdir(parents=True, exist_ok=True)
+    note, begun = NOW / str(os.getpid()), time.monotonic()
+    note.write_text(what)
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"\ninterrupted: {what}, after {time.monotonic() - begun:.0f} s")
+        raise
+    finally:
+        note.unlink(missing_ok=True)
+
+
+def show_what_runs():
+    for note in sorted(NOW.glob("*")):
+        with contextlib.suppress(OSError):  # it has just ended
+            if pathlib.Path("/proc", note.name).exists():
+                print(f"  {note.read_text()}, since {time.time() - note.stat().st_mtime:.0f} s")
 
 
 def limits(name):
@@ -227,7 +251,9 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
 
 
 def show_end_of(log, lines=SHOWN_LINES):
-    print("\n".join(log.read_text(errors="replace").splitlines()[-lines:]))
+    """Without long lines, which are commands of compilers."""
+    shown = [line for line in log.read_text(errors="replace").splitlines() if len(line) < LONG_LINE]
+    print("\n".join(shown[-lines:]))
 
 
 @contextlib.contextmanager
@@ -239,6 +265,7 @@ def beside(work, log):
         INTERRUPTS.is_delayed = False
         if INTERRUPTS.is_due:  # interrupted before it began
             return
+        contain.end_with_parent()
         log.parent.mkdir(parents=True, exist_ok=True)
         with open(log, "wb") as out:
             os.dup2(out.fileno(), 1)

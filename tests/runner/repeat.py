@@ -53,6 +53,9 @@ def run_repeatedly(times, busy):
 
 
 def show_runs(state):
+    if not state.done:
+        print("\n--repeat has done nothing with these sources")
+        return
     print(f"\n{'run':<24} {'tests':>6} {'seconds':>8}  failed")
     for name, run in state.done.items():
         print(f"{name:<24} {run['tests']:>6} {run['seconds']:>8}  {', '.join(run['failed'])}")

@@ -6,7 +6,7 @@ import time
 import xml.etree.ElementTree
 
 import contain
-from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, at_once, run_logged, show_end_of
+from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, at_once, doing, run_logged, show_end_of
 
 RUN_BYTES = 1 << 30
 KINDS_OF_RUN = ("asan", "long", "release", "threads")  # labels of the pieces that select a run. The other labels state its subject
@@ -101,17 +101,16 @@ def read_log(log, runs):
     return ends
 
 
-def last_line_of(test_folder, name):
-    """The last line that a run printed, from ctest's own log; empty if there is none."""
+def output_of_run(test_folder, name):
+    """The lines that a run printed, from ctest's own log."""
     log = (test_folder / "Testing" / "Temporary" / "LastTest.log").read_text(errors="replace")
     output = re.search(rf"^\d+/\d+ Testing: {re.escape(name)}$.*?^Output:\n-+\n(.*?)^<end of output>$", log, re.M | re.S)
-    lines = output.group(1).strip().splitlines() if output else []
-    return lines[-1] if lines else ""
+    return output.group(1).strip().splitlines() if output else []
 
 
-def judge(run, end, output, reason):
+def judge(run, end, output, output_if_passed):
     """A row of the table, failed tests with their output, and skipped ones with the reason. A run passes only with proof: ctest
-    says so, and a test program has a report of tests that ran."""
+    says so, and a test program has a report of tests that ran. `output_if_passed()`: lines that a run printed that did not fail."""
     cases = cases_of(run.report) if run.report else []
     how = "\n".join([f"{run.name}: {end.replace('***', ' ').strip(' :')}", *output[-SHOWN_LINES:]])
     if run.report and not cases and end != PASSED:
@@ -119,11 +118,14 @@ def judge(run, end, output, reason):
     failed = [(case.name, "\n".join(case.failures)) for case in cases if case.failures]
     skipped = [(case.name, (case.skipped.strip().splitlines() or ["no reason given"])[-1]) for case in cases if case.skipped is not None]
     if end == SKIPPED and not run.report:
-        return Row(run.name, 0, 0, 1), [], [(run.name, reason or "exit code 77")]
+        return Row(run.name, 0, 0, 1), [], [(run.name, ([*output_if_passed()] or ["exit code 77"])[-1])]
     if end != PASSED and not failed:
         failed = [(run.name, how)]
+    elif run.report and not cases:
+        last = [match.group(2) for match in map(STEP.match, output_if_passed()) if match and match.group(1) == "RUN"][-1:]
+        failed = [(run.name, f"{run.report.name} was not written" + "".join(f": {test} has ended the program" for test in last))]
     elif run.report and all(case.skipped == DISABLED for case in cases):
-        failed = [(run.name, f"no test ran: {run.report.name} " + ("names none that is enabled" if cases else "was not written"))]
+        failed = [(run.name, f"no test ran: {run.report.name} names none that is enabled")]
     tests = len(cases) - len(skipped) if run.report else 1
     return Row(run.name, max(tests, len(failed)), len(failed), len(skipped)), failed, skipped
 
@@ -150,10 +152,10 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
                                  "local": [{"cores": [{"id": str(core)} for core in range(computing)]}]}))
     running = Running()
     try:
-        code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(at_most),
-                           "--resource-spec-file", str(cores), "-R", f"^({select})$"], log, r"^ *\d+/\d+ Test +#", running, deadline)
+        with doing(f"{part} ({log.relative_to(ROOT)})"):
+            code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(at_most),
+                               "--resource-spec-file", str(cores), "-R", f"^({select})$"], log, r"^ *\d+/\d+ Test +#", running, deadline)
     except KeyboardInterrupt:
-        print()
         running.show("interrupted")
         raise
     if code is None:
@@ -164,7 +166,7 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         if results.is_late and run.name not in ends:
             continue
         end, seconds, output = ends.get(run.name, ("ctest did not run it", 0, []))
-        row, failed, skipped = judge(run, end, output, last_line_of(test_folder, run.name) if end == SKIPPED else "")
+        row, failed, skipped = judge(run, end, output, lambda run=run: output_of_run(test_folder, run.name))
         for name, text in failed:
             lines = [re.sub(r"^(\.\./)+", "", line) for line in text.splitlines()]  # ctest runs in the build folder
             print(f"\nfailed: {name}\n" + "\n".join(f"    {line}" for line in lines[:SHOWN_LINES + 1]))

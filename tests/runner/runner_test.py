@@ -34,7 +34,7 @@ enable_testing()
 # program(NAME FILTER [LABEL...]): a copy of the toy that runs these tests.
 function(program name filter)
   set(file ${CMAKE_BINARY_DIR}/tests/${name})
-  add_custom_target(${name}.built COMMAND ${CMAKE_COMMAND} -E copy TOY ${file} BYPRODUCTS ${file})
+  add_custom_target(${name}.built COMMAND ${CMAKE_COMMAND} -E copy "TOY" ${file} BYPRODUCTS ${file} VERBATIM)
   add_executable(${name} IMPORTED GLOBAL)
   set_target_properties(${name} PROPERTIES IMPORTED_LOCATION ${file} LIGHTMILL_SOURCES toy_test.cpp)
   lightmill_test_runs(${name} "" "" ${ARGN})
@@ -99,9 +99,10 @@ class Runner(unittest.TestCase):
         file.write_text(text)
         return file
 
-    def end_after_a_second(self):
+    def end_after(self, seconds):
+        """Sets the time that processes have to end."""
         contain = self.root / "tests/runner/contain.py"
-        self.plant(contain, contain.read_text().replace("SECONDS_TO_END = 10 ", "SECONDS_TO_END = 1 "))
+        self.plant(contain, contain.read_text().replace("SECONDS_TO_END = 10 ", f"SECONDS_TO_END = {seconds} "))
 
     def plant_presets(self, variables):
         presets = [{"name": name, "generator": "Ninja", "binaryDir": "${sourceDir}/build/${presetName}", "cacheVariables": variables}
@@ -255,8 +256,9 @@ class Runner(unittest.TestCase):
         self.assertFalse((self.root / "build/release/ran").exists())
         self.assert_passes(["long"], r"\n2 passed")
         self.assertTrue((self.root / "build/release/ran").exists())
-        self.assert_passes(["asan"], r"\n1 passed")
+        self.assert_passes(["ASAN"], r"programs and scripts: asan_tests\n", r"\nasan: build ", r"\n1 passed")
         self.assertTrue((self.root / "build/asan/tests/asan_tests").exists())
+        self.assert_passes(["Web"], r"\n1 passed")
         self.assert_fails(["no_such_name"], "no program, label or test has this name")
         self.assert_fails(["asan", "tsan", "web"], "asan and tsan are different builds")
 
@@ -268,8 +270,13 @@ class Runner(unittest.TestCase):
         # As reports write it, with its instance and parameter.
         self.assert_passes(["Few/Toy.Passes/3"], r"\n4 passed")
         self.assert_fails(["Toy.Fails"], r"failed:\n  Toy.Fails")
-        self.assert_fails(["EndsTheProgram"], "was not written")
+        self.assert_fails(["EndsTheProgram"], "was not written: Toy.EndsTheProgram has ended the program")
         self.assert_fails(["IsOff"], "names none that is enabled")
+        self.assert_fails(["oy.Passes"], "no program, label or test has this name. Did you mean: Toy.Passe")
+        self.assertTrue((self.root / "build/results/named").exists())
+        self.assert_passes(["passestoo"], r"passestoo in asan_tests: TypedToy.PassesToo\n")
+        self.plant("tests/new_test.cpp", "TEST(New, IsNotListed) {}\n")
+        self.assert_fails(["IsNotListed"], "IsNotListed: tests/new_test.cpp is in no CMakeLists.txt")
         self.assert_fails(["IsNeverRun"], "no program that was built has a test of this name")
 
     def test_a_test_that_was_chosen_by_name_takes_a_core_if_it_computes(self):
@@ -404,7 +411,7 @@ print(session.why_no_memory_disk())
         self.plant_runs('''
             script(counts "test $LIGHTMILL_LEAVE_MS = 10000" lint)
             program(long_tests Toy.Passes unit long)
-            script(builds.elsewhere "exit 1" long)
+            script(deploy.package "exit 1" long)
             lightmill_run(deploy.quickstart LABELS long NEEDS long_tests COMMAND false)
         ''')
         tools = self.root / "build" / "tools"
@@ -467,7 +474,7 @@ for _ in range(60):
     def test_sources_that_change_during_a_run_fail_it(self):
         self.plant_runs('script(edits "echo >>${CMAKE_SOURCE_DIR}/runs.cmake" lint)\n')
         self.assert_fails(["--all"], "The sources have changed")
-        self.assert_passes(["--status"], r"state +piece\n(\n|$)")
+        self.assert_passes(["--status"], "--all has done nothing with these sources")
 
     def test_without_git_nothing_can_be_remembered(self):
         self.plant_runs("")
@@ -515,19 +522,20 @@ for line in ("UNINITIALIZED=sh", f"STRING={shutil.which('sh')}", "STRING=bash"):
         first = self.start("waits")
         self.wait_for("build/release/begun")
         self.assert_fails(["asan_tests"], f"process {first.pid} works in this checkout already")
-        self.assert_passes(["--status"], f"process {first.pid} is running")
+        self.assert_passes(["--status"], rf"process {first.pid} is running\n  programs and scripts \(build/results/named/test.log\), since \d+ s\n")
         self.plant("build/release/go", "")
         self.assertTrue(self.end(first)[0])
 
-    def test_commands_of_a_killed_runner_keep_a_second_one_away(self):
-        self.plant_runs(WAITS)
-        first = self.start("waits")
-        self.wait_for("build/release/begun")
+    def test_commands_of_a_killed_runner_end_and_keep_a_second_one_away(self):
+        self.end_after(3)
+        self.plant_runs("""script(stays "trap '' TERM\necho $$ >new; mv new begun; while :; do sleep 0.1; done" lint)""")
+        first = self.start("stays")
+        pid = self.wait_for("build/release/begun").strip()
         first.kill()
         self.end(first)
         self.assert_fails(["asan_tests"], f"a command of the killed process {first.pid} works in this checkout already")
-        self.plant("build/release/go", "")
         self.wait_until_no_run()
+        self.assertFalse(is_alive(pid))
 
     def test_a_runner_that_hangs_fails_its_test_and_is_ended(self):
         self.plant_runs('script(stays "echo $$ >new; mv new begun; sleep 600" lint)\n')
@@ -597,10 +605,10 @@ print(process.compilers(), *results.slots())
         self.plant("build/results", "")
         passed, said = self.run_it("Toy.Passes")
         self.assertFalse(passed)
-        self.assertRegex(said, r"^\./test\.sh: .*build/results.*\n$")
+        self.assertRegex(said, r"\n\./test\.sh: .*build/results.*\n$")
 
     def test_signals_end_everything(self):
-        self.end_after_a_second()
+        self.end_after(1)
         for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
             self.plant_runs(f"""
                 foreach(label lint asan)
@@ -618,7 +626,7 @@ print(process.compilers(), *results.slots())
                 file.unlink()
 
     def test_processes_that_a_test_leaves_fail_the_run_and_are_ended(self):
-        self.end_after_a_second()
+        self.end_after(1)
         self.plant_runs('''
             script(leaves.one "setsid sleep 600 >/dev/null 2>&1 & echo $! >${CMAKE_BINARY_DIR}/left" lint)
             script(ends.soon "sleep 0.3 >/dev/null 2>&1 &" lint)

@@ -47,7 +47,7 @@ def only_one():
             time.sleep(0.02)
         if not is_locked:
             print(f"{lock_holder() or 'another command'} works in this checkout already. Wait until it ends, or use another checkout: "
-                  "git worktree add FOLDER")
+                  "git worktree add --detach FOLDER")
             raise Failed
 
         def note():

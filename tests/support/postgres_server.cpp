@@ -60,11 +60,12 @@ PostgresServer::~PostgresServer() {
 }
 
 void PostgresServer::start() {
-  // These tests do not cover a crash of the machine, and its guarantee is slow.
+  // These tests do not cover a crash of the machine, and its guarantee is slow. Shared memory in files of the data folder
+  // goes with it, also after a kill.
   process_ = std::make_unique<BackgroundProcess>(
       unprivileged({(programs() / "postgres").string(), "-D", (folder_.path() / "data").string(), "-c",
                     "listen_addresses=", "-c", "unix_socket_directories=" + folder_.path().string(), "-c", "fsync=off",
-                    "-c", "max_connections=50", "-c", "shared_buffers=32MB"}),
+                    "-c", "dynamic_shared_memory_type=mmap", "-c", "max_connections=50", "-c", "shared_buffers=32MB"}),
       (folder_.path() / "log").string());
   const bool up = eventually([&] { return PQping(url("postgres", "postgres").c_str()) == PQPING_OK; });
   LM_CHECK(up, "PostgreSQL does not start: {}", read_file(folder_.path() / "log").value());

@@ -18,9 +18,11 @@ def start_postgres(cluster):
     run(*AS_POSTGRES, programs / "initdb", "-D", data, "-U", "lightmill", "-A", "trust", "-E", "UTF8", "--no-locale", "--no-sync")
     with open(data / "pg_hba.conf", "a", encoding="utf-8") as rules:
         rules.write(f"host all lightmill {NETWORK}.0/24 trust\n")
-    # These tests do not cover a crash of the machine, and its guarantee is slow.
+    # These tests do not cover a crash of the machine, and its guarantee is slow. Shared memory in files of the data folder goes with
+    # it, also after a kill.
     cluster.spawn(CONTROLLER, *AS_POSTGRES, programs / "postgres", "-D", data, "-c", f"listen_addresses={NETWORK}.1", "-c",
-                  f"unix_socket_directories={folder}", "-c", "fsync=off", output=cluster.folder / "postgres.log")
+                  f"unix_socket_directories={folder}", "-c", "fsync=off", "-c", "dynamic_shared_memory_type=mmap",
+                  output=cluster.folder / "postgres.log")
     ready = ["psql", "-h", folder, "-U", "lightmill", "-d", "postgres", "-Atc"]
     wait_until("PostgreSQL answers", lambda: run(*ready, "SELECT 1", check=False).strip() == "1")
     run(*ready, "CREATE DATABASE farm")
