@@ -64,12 +64,23 @@ struct ListOptions {
   bool all = false;
 };
 
-/// The newest jobs, and all older ones that are running if no states are asked for.
+/// The newest jobs, and all older ones that are running if no states are asked for. A notice counts older ones that wait.
 Result<ListedJobs> newest_and_running(CoordinatorClient& connection, v1::ListJobsRequest request, std::size_t limit) {
   LM_ASSIGN_OR_RETURN(ListedJobs listed, connection.list_jobs(request, limit));
   if (request.states_size() > 0 || listed.items.empty() || listed.items.size() >= listed.total) {
     return listed;
   }
+  request.add_states(to_wire(JobState::queued));
+  request.add_states(to_wire(JobState::paused));
+  LM_ASSIGN_OR_RETURN(const ListedJobs waiting, connection.list_jobs(request, 1));
+  const auto shown = static_cast<std::uint64_t>(std::ranges::count_if(listed.items, [](const v1::Job& job) {
+    return job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_PAUSED;
+  }));
+  if (waiting.total > shown) {
+    listed.notices.push_back(
+        fmt::format("older jobs that are queued or paused: {} (--state queued,paused)", waiting.total - shown));
+  }
+  request.clear_states();
   request.add_states(to_wire(JobState::running));
   LM_ASSIGN_OR_RETURN(ListedJobs running, connection.list_jobs(std::move(request), kNoLimit));
   const std::uint64_t oldest = listed.items.back().id();

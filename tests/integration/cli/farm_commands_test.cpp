@@ -361,6 +361,7 @@ TEST_F(FarmCliTest, TheListHasAllRunningJobs) {
   ASSERT_EQ(listed["jobs"].size(), 2u) << listed;
   EXPECT_EQ(std::to_string(listed["jobs"][0].value("id", 0)), newest);
   EXPECT_EQ(std::to_string(listed["jobs"][1].value("id", 0)), running);
+  EXPECT_EQ(listed["notices"].back(), "older jobs that are queued or paused: 1 (--state queued,paused)");
   EXPECT_EQ(on_farm({"jobs", "--limit", "1", "--state", "paused"})["jobs"].size(), 1u);
 }
 
