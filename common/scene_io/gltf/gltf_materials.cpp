@@ -171,6 +171,11 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   if (!is_black(out.sheen_color)) {
     notices_.left_out("sheen of glass");
   }
+  const PrincipledMaterial plain;
+  if (out.specular != plain.specular || out.specular_color != plain.specular_color ||
+      out.specular_map != plain.specular_map) {
+    notices_.left_out("specular factor and colour of glass");
+  }
   const JsonNode volume = extensions["KHR_materials_volume"];
   const double thickness = volume["thicknessFactor"].number(0, 0, JsonNode::kAnything);
   if (thickness == 0) {

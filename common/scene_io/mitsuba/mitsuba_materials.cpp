@@ -284,7 +284,17 @@ void MitsubaMaterials::plastic(const MitsubaObject& from, Material& out) {
     set_base_color(
         kind, albedo, [&](double rho) { return below_coat(rho, inner); }, inner);
   }
-  require_one(from, "specular_reflectance");
+  if (const TexturedColor factor = textures_.color(from, "specular_reflectance", {1, 1, 1});
+      !(factor == TexturedColor(1, 1, 1))) {
+    notices_.once(
+        "the specular_reflectance of plastic also brightens the part below, and colours light along the normal only");
+    const float most = std::max({factor.rgb.r, factor.rgb.g, factor.rgb.b});
+    kind.specular *= static_cast<double>(most);
+    kind.specular_color = factor;
+    if (most > 0) {
+      kind.specular_color.rgb = {factor.rgb.r / most, factor.rgb.g / most, factor.rgb.b / most};
+    }
+  }
   out.kind = kind;
 }
 

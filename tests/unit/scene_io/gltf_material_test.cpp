@@ -292,6 +292,19 @@ TEST(GltfScene, SheenIsThatOfTheExtension) {
             "left out: sheen of glass");
 }
 
+TEST(GltfScene, TheSpecularFactorOfGlassIsIgnoredWithANotice) {
+  for (const auto& [members, is_named] : {std::pair(R"("specularFactor":0.5)", true),
+                                          {R"("specularColorFactor":[1,0.5,0.5])", true},
+                                          {R"("specularTexture":{"index":0})", true},
+                                          {R"("specularFactor":1)", false}}) {
+    const Mapped glass = mapped(
+        fmt::format(R"("pbrMetallicRoughness":{{"metallicFactor":0}},"extensions":{{"KHR_materials_specular":{{{}}},
+"KHR_materials_transmission":{{"transmissionFactor":1}},"KHR_materials_volume":{{"thicknessFactor":1}}}})",
+                    members));
+    EXPECT_EQ(std::ranges::count(glass.notices, "left out: specular factor and colour of glass"), is_named) << members;
+  }
+}
+
 TEST(GltfScene, TexturesOfExtensionsAreMaps) {
   using enum ScalarMap::Channel;
   const auto kind_of = [](const std::string& extensions) {

@@ -102,7 +102,11 @@ TEST(MitsubaMaterials, PlasticIsPrincipled) {
                          "</bsdf>")
             .kind);
   };
+  const PrincipledMaterial weak = plastic(R"(<rgb name="specular_reflectance" value="0.5, 0.25, 0.5"/>)");
+  EXPECT_EQ(weak.specular, 0.25);
+  EXPECT_EQ(weak.specular_color, TexturedColor(1, 0.5f, 1));
   const PrincipledMaterial linear = plastic("");
+  EXPECT_EQ(linear.specular_color, TexturedColor(1, 1, 1));
   EXPECT_EQ(linear.base_color, TexturedColor(0.2f, 0.5f, 1));
   EXPECT_NEAR(linear.ior, 1.49 / 1.000277, 1e-9);
   EXPECT_EQ(linear.roughness, 0);
