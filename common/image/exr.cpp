@@ -154,6 +154,11 @@ Result<Image> read_image(ByteView bytes) {
   }
   LM_RETURN_IF_ERROR(check_plausible(image, count, bytes.size()));
   image.attributes = read_attributes(header);
+  if (Imf::hasChromaticities(header)) {
+    const Imf::Chromaticities& xy = Imf::chromaticities(header);
+    const auto pair = [](const Imath::V2f& v) { return std::array<double, 2>{v.x, v.y}; };
+    image.primaries = {pair(xy.red), pair(xy.green), pair(xy.blue), pair(xy.white)};
+  }
   Imf::FrameBuffer frame;
   image.channels.reserve(count);
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {

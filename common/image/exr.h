@@ -13,7 +13,7 @@ namespace lightmill {
 /// `data`. Equal images give equal bytes.
 Result<std::string> encode_exr(const Image& image);
 
-/// The inverse: all channels (half floats are widened), and text and number attributes. Malicious bytes give
+/// The inverse: all channels (half floats are widened), primaries, and text and number attributes. Malicious bytes give
 /// INVALID_ARGUMENT, never a crash.
 Result<Image> decode_exr(ByteView bytes);
 

@@ -5,9 +5,12 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
+
+#include "common/image/primaries.h"
 
 namespace lightmill {
 
@@ -35,6 +38,7 @@ struct Image {
   ImageWindow data;     ///< the part of it that has pixels
   std::vector<ImageChannel> channels;
   std::map<std::string, ImageAttribute> attributes;
+  std::optional<Primaries> primaries = {};  ///< as an EXR states them. Encoding ignores them
 
   /// The values of a float channel; null if there is none of this name.
   const std::vector<float>* floats(const std::string& name) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <glm/glm.hpp>
 
 #include "common/base/file.h"
 #include "common/image/exr.h"
@@ -20,6 +21,17 @@ Result<FramedPicture> framed_png(ByteView bytes) {
   LM_ASSIGN_OR_RETURN(RgbImage rgb, decode_png(bytes));
   const ImageWindow frame{0, 0, rgb.width, rgb.height};
   return FramedPicture{std::move(rgb), frame, frame};
+}
+
+void convert_colors(const glm::dmat3& matrix, RgbImage& image) {
+  const std::size_t pixels = image.pixels();
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    float* const at = image.values.data() + pixel;
+    const glm::dvec3 color = matrix * glm::dvec3(at[0], at[pixels], at[2 * pixels]);
+    at[0] = static_cast<float>(color.x);
+    at[pixels] = static_cast<float>(color.y);
+    at[2 * pixels] = static_cast<float>(color.z);
+  }
 }
 
 }  // namespace
@@ -54,6 +66,12 @@ Result<FramedPicture> framed_picture(const Image& image) {
       return invalid_argument("the file has no channel {}", name);
     }
     picture.rgb.values.insert(picture.rgb.values.end(), values->begin(), values->end());
+  }
+  if (image.primaries && grey == nullptr) {
+    LM_ASSIGN_OR_RETURN(const std::optional<glm::dmat3> to_rec709, matrix_to_rec709(*image.primaries));
+    if (to_rec709) {
+      convert_colors(*to_rec709, picture.rgb);
+    }
   }
   return picture;
 }

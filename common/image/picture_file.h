@@ -26,8 +26,8 @@ struct FramedPicture {
   RgbImage rgb;
   ImageWindow display, data;
 };
-/// Linear RGB of the channels `R G B` of an EXR (its data window), or of `Y` if it has no `R`. INVALID_ARGUMENT if one is
-/// missing.
+/// Linear RGB (Rec. 709) of the channels `R G B` of an EXR (its data window), or of `Y` if it has no `R`. INVALID_ARGUMENT
+/// if one is missing.
 Result<FramedPicture> framed_picture(const Image& image);
 /// The same of a file, or the pixels of a PNG. Errors name the path.
 Result<FramedPicture> load_framed(const std::filesystem::path& path);

@@ -6,7 +6,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
-#include "common/image/read/primaries.h"
+#include "common/image/primaries.h"
 
 namespace lightmill {
 

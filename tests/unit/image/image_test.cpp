@@ -118,6 +118,26 @@ TEST(Exr, EqualImagesGiveEqualBytes) {
   EXPECT_EQ(*encode_exr(to_image(example_picture())), *encode_exr(to_image(example_picture())));
 }
 
+// Here the primaries red and green are exchanged.
+TEST(Exr, ColoursOfOtherPrimariesAreConverted) {
+  Image image{{0, 0, 1, 1}, {0, 0, 1, 1}, {}, {}};
+  image.channels = {{"B", std::vector<float>{0.25f}}, {"G", std::vector<float>{2}}, {"R", std::vector<float>{1}}};
+  std::string bytes = *encode_exr(image);
+  const std::string name = std::string("chromaticities\0chromaticities\0", 30);
+  const std::size_t at = bytes.find(name) + name.size() + 4;
+  ASSERT_LT(at, bytes.size());
+  const std::string red = bytes.substr(at, 8);
+  bytes.replace(at, 8, bytes.substr(at + 8, 8));
+  bytes.replace(at + 8, 8, red);
+  const Result<FramedPicture> picture = framed_picture(decode_exr(as_byte_view(bytes)).value());
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  EXPECT_NEAR(picture->rgb.values.at(0), 2, 1e-6);
+  EXPECT_NEAR(picture->rgb.values.at(1), 1, 1e-6);
+  EXPECT_NEAR(picture->rgb.values.at(2), 0.25, 1e-6);
+  bytes.replace(at, 8, bytes.substr(at + 8, 8));  // two equal primaries
+  EXPECT_FALSE(framed_picture(decode_exr(as_byte_view(bytes)).value()).ok());
+}
+
 TEST(Exr, HostileBytesAreRefused) {
   const std::string good = *encode_exr(to_image(example_picture()));
   EXPECT_EQ(decode_exr({}).status().code(), StatusCode::kInvalidArgument);

@@ -1,4 +1,4 @@
-#include "common/image/read/primaries.h"
+#include "common/image/primaries.h"
 
 #include <cmath>
 #include <glm/glm.hpp>
