@@ -11,6 +11,7 @@
 #include "common/base/mutex.h"
 #include "common/base/out_of_memory.h"
 #include "common/base/signals.h"
+#include "common/security/certificate.h"
 #include "server/access/connection_limiter.h"
 #include "server/api/api_server.h"
 #include "server/api/health.h"
@@ -233,6 +234,16 @@ WebOptions web_options(const ServerOptions& options, const DescriptorPlan& plan)
           .timeout = from_seconds(options.http_seconds)};
 }
 
+/// A host at which callers reach an address of this machine: a name in the certificate, because callers compare it.
+std::string shown_host(const std::string& host, const std::string& certificate_file) {
+  if (host != "0.0.0.0" && host != "[::]") {
+    return host;
+  }
+  const Result<std::string> pem = certificate_file.empty() ? Result<std::string>("") : read_file(certificate_file);
+  const Result<std::vector<CertificateFacts>> facts = read_certificates(pem.value_or(""));
+  return facts.ok() && !facts->front().hosts.empty() ? facts->front().hosts.front() : host_name();
+}
+
 Status serve(const ServerOptions& options, StopRequest& stop) {
   const std::uint64_t files = raise_file_limit();
   const DescriptorPlan plan = plan_descriptors(files);
@@ -276,9 +287,8 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
                state->place);
   LM_RETURN_IF_ERROR(write_port(options.port_file, api->port()));
   if (web != nullptr) {
-    const std::string host = options.http.substr(0, options.http.rfind(':'));
     spdlog::info("the page is at {}://{}:{}/", options.tls.given() ? "https" : "http",
-                 host == "0.0.0.0" || host == "[::]" ? host_name() : host, web->port());
+                 shown_host(options.http.substr(0, options.http.rfind(':')), options.tls.certificate), web->port());
   }
   LM_RETURN_IF_ERROR(write_port(options.http_port_file, web == nullptr ? 0 : web->port()));
   HostMonitor monitor(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),

@@ -22,7 +22,7 @@ std::string black_notice(const FilmPicture& picture, const ViewSettings& view) {
   }
   return fmt::format(
       "the picture is almost black (its mean is {:.1f} of 255). Add light (--sky on, if the scene has no environment), "
-      "view it from elsewhere (--camera auto), or raise --exposure",
+      "choose another camera (--camera; in a closed room, it must be inside), or raise --exposure",
       mean);
 }
 

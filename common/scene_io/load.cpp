@@ -132,8 +132,9 @@ Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedS
   if (const std::optional<std::int64_t> number = parse_number<std::int64_t>(wanted)) {
     const auto count = static_cast<std::int64_t>(loaded.cameras.size());
     if (*number < 1 || *number > count) {
-      return invalid_argument("--camera {}: the scene has {}. Give the number or name of one, a camera file, or auto",
-                              wanted, counted(loaded.cameras.size(), "camera"));
+      return invalid_argument("--camera {}: the scene has {}{}. Give the number or name of one, a camera file, or auto",
+                              wanted, counted(loaded.cameras.size(), "camera"),
+                              loaded.cameras.empty() ? "" : fmt::format(": {}", names_of(loaded.cameras)));
     }
     use_camera(loaded.cameras[static_cast<std::size_t>(*number - 1)], loaded.scene);
     return ok_status();
@@ -171,6 +172,7 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, load_files(files, options));
   if (!options.camera.empty()) {
     LM_RETURN_IF_ERROR(choose_camera(options.camera, *options.files, loaded));
+    std::erase(loaded.notices, kCameraWasAdded);
   }
   if (options.sky == SkyChoice::on) {
     LM_RETURN_IF_ERROR(add_wanted_sky(loaded));

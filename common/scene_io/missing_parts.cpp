@@ -72,8 +72,7 @@ void add_missing_camera(LoadedScene& loaded) {
   if (is_course_cornell_box(bounds)) {
     loaded.scene.camera = course_cornell_camera();
   } else {
-    loaded.notices.emplace_back(
-        "there is no camera: one was added that sees all from the front, above and right (--camera chooses another)");
+    loaded.notices.emplace_back(kCameraWasAdded);
     loaded.scene.camera = camera_for(bounds);
   }
 }

@@ -6,6 +6,10 @@
 
 namespace lightmill {
 
+/// The notice of a camera that nobody chose.
+inline constexpr std::string_view kCameraWasAdded =
+    "there is no camera: one was added that sees all from the front, above and right (--camera chooses another)";
+
 /// A camera that sees a box from the front, the right and above. The box's bounding sphere fills the view.
 Camera camera_for(const Bounds& box);
 

@@ -163,8 +163,10 @@ Status revoke(CoordinatorClient& connection, const Console& console, const Token
         enrolled, options.id));
   }
   if (!response.enrols_again_by().empty()) {
-    console.notice(fmt::format("its bearer can enrol again with token {}: revoke it with `lightmill tokens revoke {}`",
-                               response.enrols_again_by(), response.enrols_again_by()));
+    console.notice(fmt::format(
+        "its bearer can enrol again with token {0}. To keep it out, first run `lightmill tokens revoke {0}`, and then revoke its newest token "
+        "(`lightmill tokens`)",
+        response.enrols_again_by()));
   }
   return ok_status();
 }

@@ -266,7 +266,13 @@ TEST_F(MissingParts, CamerasAreChosenByNameNumberOrAutomatically) {
   EXPECT_EQ(automatic, good({write("a.obj", "v -1 -1 -1\nv 1 -1 1\nv 1 1 -1\nf 1 2 3\n")}).scene.camera.eye);
   options.camera = "3";
   EXPECT_EQ(error({path}, options),
-            "--camera 3: the scene has 2 cameras. Give the number or name of one, a camera file, or auto");
+            "--camera 3: the scene has 2 cameras: Front, 1. Give the number or name of one, a camera file, or auto");
+  // Nobody needs to hear of a camera that was not used.
+  options.camera =
+      write("view.json", R"({"eye": [0, 0, 9], "look_at": [0, 0, 0], "vertical_fov_degrees": 40})").string();
+  const auto mesh = write("a.obj", "v -1 -1 -1\nv 1 -1 1\nv 1 1 -1\nf 1 2 3\n");
+  EXPECT_TRUE(says(good({mesh}), "there is no camera"));
+  EXPECT_FALSE(says(good({mesh}, options), "there is no camera"));
   options.camera = "auto";
   const auto ball =
       write("a.json", document(R"([{"material": "red", "sphere": {"center": [1, 2, 3], "radius": 0.5}}])"));

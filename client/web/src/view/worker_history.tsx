@@ -34,7 +34,7 @@ export function WorkerHistoryPanel({name, theme}: {name: string; theme: string})
           at={at}
           onHover={setAt}
         >
-          {`: ${counted(series.results, 'result')}, ${counted(series.lost, 'unit')} lost, connected for ${humanSeconds(series.seconds)}`}
+          {`: ${counted(series.results, 'result')}, ${counted(series.lost, 'lease')} lost, connected for ${humanSeconds(series.seconds)}`}
         </TimePanel>
       ) : (
         <p class="muted">{series ? 'No history yet. It begins after the first whole minute.' : 'Loading…'}</p>

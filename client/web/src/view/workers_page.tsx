@@ -93,7 +93,7 @@ const kHeads: [string, string][] = [
   ['Threads', 'right'],
   ['Units', 'right'],
   ['Results', 'right wide'],
-  ['Lost units', 'right wide'],
+  ['Lost leases', 'right wide'],
   ['Class', 'wide'],
   ['Connected', 'right wide'],
 ];
