@@ -153,6 +153,16 @@ Result<std::vector<std::uint64_t>> read_seeds(const json& value) {
   });
 }
 
+/// INVALID_ARGUMENT that names the first two neighbours that `is_wrong` finds.
+template <class T, class Wrong>
+Status check_order(const std::vector<T>& levels, std::string_view name, std::string_view wanted,
+                   const Wrong& is_wrong) {
+  const auto at = std::ranges::adjacent_find(levels, is_wrong);
+  return at == levels.end() ? ok_status()
+                            : invalid_argument("{0}[{1}]: {2} must be {3} {0}[{4}], which is {5}", name,
+                                               at - levels.begin() + 1, at[1], wanted, at - levels.begin(), at[0]);
+}
+
 Status read_levels(const json& document, Experiment& experiment) {
   if (document.contains("samples") == document.contains("errors")) {
     return invalid_argument(
@@ -163,18 +173,14 @@ Status read_levels(const json& document, Experiment& experiment) {
                                                                    [](const json& item, const std::string& place) {
                                                                      return whole(item, place, 1, kMaxLabSamples);
                                                                    }));
-    if (std::ranges::adjacent_find(experiment.samples, std::greater_equal<>()) != experiment.samples.end()) {
-      return invalid_argument("samples: must ascend");
-    }
+    LM_RETURN_IF_ERROR(check_order(experiment.samples, "samples", "above", std::greater_equal<>()));
     if (document.contains("max_samples")) {
       return invalid_argument("max_samples: applies only to errors, and this experiment has samples");
     }
     return ok_status();
   }
   LM_ASSIGN_OR_RETURN(experiment.errors, list_of<double>(document["errors"], "errors", positive));
-  if (std::ranges::adjacent_find(experiment.errors, std::less_equal<>()) != experiment.errors.end()) {
-    return invalid_argument("errors: must descend");
-  }
+  LM_RETURN_IF_ERROR(check_order(experiment.errors, "errors", "below", std::less_equal<>()));
   experiment.max_samples = kDefaultMaxSamples;
   if (document.contains("max_samples")) {
     LM_ASSIGN_OR_RETURN(experiment.max_samples, whole(document["max_samples"], "max_samples", 1, kMaxLabSamples));

@@ -28,7 +28,8 @@ Status check_node(const Job& job, const WorkerResult& result) {
     return invalid_argument("there is no tile {}: the film has {}", key.tile.value, job.film().grid().tile_count());
   }
   if (result.node.range != key.range) {
-    return invalid_argument("its node does not have the samples of its key");
+    return invalid_argument("its node has {} samples from {}, not the {} from {} of its lease",
+                            result.node.range.count(), result.node.range.first(), key.range.count(), key.range.first());
   }
   if (const std::size_t expected = job.film().expected_values(key.tile, key.range);
       result.node.values.size() != expected) {

@@ -71,7 +71,7 @@ void record_refusals(AccessControl& access, FarmLoop& loop) {
 void warn_if_nobody_has_access(const AccessOptions& access, const StoredState& state) {
   if (access.authenticates && !access.accepts_certificates && state.tokens.empty()) {
     spdlog::warn(
-        "nobody can use this farm, because it requires tokens and has none. End it, start it once on a loopback address "
+        "no caller can use this farm, because it requires tokens and has none. End it, start it once on a loopback address "
         "without authentication, and create one: lightmill tokens create NAME --roles admin");
   }
 }

@@ -12,7 +12,7 @@ Result<std::string> AssetCache::get(const Sha256& digest) {
   }
   LM_ASSIGN_OR_RETURN(std::string bytes, fetch_(digest));
   if (const Sha256 actual = sha256(bytes); actual != digest) {
-    return unavailable("asset {} arrived with the digest {}", digest.hex(), actual.hex());
+    return unavailable("asset {} is damaged: what arrived has the digest {}", digest.hex(), actual.hex());
   }
   const MutexLock lock(mutex_);
   if (bytes.size() <= limit_bytes_ && !index_.contains(digest)) {

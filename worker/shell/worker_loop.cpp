@@ -334,7 +334,7 @@ void WorkerLoop::explain(const std::string& address, const Status& status) {
 void WorkerLoop::log_trouble(const std::string& address, const std::string& why) {
   const auto trouble = troubles_.find(address);
   if (trouble == troubles_.end()) {
-    spdlog::info("had no connection to {}: {}. Now it is connected", address, printable(why));
+    spdlog::info("connected to {} again, after a failure: {}", address, printable(why));
   } else if (trouble->second.why != why) {
     spdlog::warn("no connection to {}: {}. The worker retries, and logs only new reasons", address, printable(why));
     trouble->second.why = why;

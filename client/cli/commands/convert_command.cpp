@@ -40,7 +40,7 @@ Result<FilmPicture> foreign_picture(const Image& image, const ConvertOptions& op
 
 Result<FilmPicture> read_picture(ByteView bytes, const ConvertOptions& options, const Console& console) {
   if (!is_exr(bytes)) {
-    return invalid_argument("this is not an EXR file");
+    return invalid_argument("this is not an EXR file: give an .exr file");
   }
   LM_ASSIGN_OR_RETURN(const Image image, decode_exr(bytes));
   if (image.text(kFileChecksum).empty()) {

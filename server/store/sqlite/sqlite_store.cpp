@@ -220,7 +220,7 @@ Status SqliteStore::roll_back(Status cause) {
   // Some errors, such as a full disk, roll back by themselves.
   if (database_.in_transaction()) {
     if (Status status = statements_.rollback.run(); !status.ok()) {
-      spdlog::error("cannot roll back: {}", message_of(status));
+      spdlog::error("a write failed, and cannot be undone: {}. Restart the coordinator", message_of(status));
     }
   }
   if (cause.code() == StatusCode::kResourceExhausted) {

@@ -438,7 +438,7 @@ TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {
   start_server("127.0.0.1:0", {"--authenticate"});
   std::ifstream log(file("server.log"));
   EXPECT_TRUE(says(std::string(std::istreambuf_iterator<char>(log), {}),
-                   "nobody can use this farm, because it requires tokens"));
+                   "no caller can use this farm, because it requires tokens"));
   server_.reset();
   start_server("127.0.0.1:0", {});
   const std::string here = "127.0.0.1:" + port();

@@ -85,7 +85,7 @@ TEST_F(Load, MapsOfTilesBringAllTheirImages) {
   EXPECT_EQ(textures[1].asset, sha256("two"));
 }
 
-TEST_F(Load, NumbersBehindTheTileDoNotConfuse) {
+TEST_F(Load, DigitsAfterTheTileNumberAreIgnored) {
   write("wall.1001.v1001.png", "one");
   write("wall.1002.v1001.png", "two");
   write("a.mtl", "newmtl red\nmap_Kd wall.<UDIM>.v1001.png\nmap_Ks <UDIM>/wall.png\n");

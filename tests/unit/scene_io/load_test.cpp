@@ -54,7 +54,7 @@ TEST_F(Load, AMeshUsedTwiceIsOneAsset) {
   EXPECT_EQ(loaded->assets.size(), 1u);  // the same mesh twice is one asset
 }
 
-TEST_F(Load, DocumentsNeedNoEnding) {
+TEST_F(Load, ADocumentWithoutExtensionIsRead) {
   write("assets/a.obj", kTriangles);
   write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
   EXPECT_TRUE(load({folder_ / "scene"}).ok());

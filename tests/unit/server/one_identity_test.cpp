@@ -160,7 +160,7 @@ TEST_F(OneIdentityTest, CannotHoldAPilotAndItsCopy) {
   EXPECT_EQ(got<PilotGrant>(honest).size(), 1u);
 }
 
-TEST_F(OneIdentityTest, CannotHideALateTileBehindThreads) {
+TEST_F(OneIdentityTest, ALateTileIsCopiedWhateverThreadsAreClaimed) {
   const JobId job = submit_unaudited("r1", 0, {0, 0, 128, 64});
   const SessionId liar = join("liar", "a", 1, 4096);
   const SessionId honest = join("honest", "b");

@@ -104,7 +104,7 @@ TEST(SlotPool, AStalledHolderMakesRoomForAnyCaller) {
       << "2 has stalled again later";
 }
 
-TEST(SlotPool, AHolderAtItsShareDisplacesOnlyItself) {
+TEST(SlotPool, ACallerAtItsShareReplacesItsOwnSlot) {
   SlotPool slots(10, 2);
   const Holder ada{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"};
   EXPECT_EQ(take_all(slots, 1, ada), 2u);
