@@ -1,5 +1,7 @@
 #include "server/host_monitor.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 
 #include "common/base/log.h"
@@ -19,7 +21,7 @@ void HostMonitor::check(std::int64_t now_unix_s) {
   if (tls_.given()) {
     check_certificate(now_unix_s);
   }
-  if (!disk_.empty() && reserve_bytes_ > 0) {
+  if (!data_.empty()) {
     check_disk();
   }
 }
@@ -72,21 +74,38 @@ void HostMonitor::tell_renewal(const TlsTexts& texts) {
   }
 }
 
+HostMonitor::Folder HostMonitor::folder_at(const std::filesystem::path& path) {
+  struct stat found {};
+  return ::stat(path.c_str(), &found) == 0 ? Folder(found.st_dev, found.st_ino) : Folder();
+}
+
 void HostMonitor::check_disk() {
+  if (const std::string why = why_no_space(); why != no_space_) {
+    no_space_ = why;
+    set_space_(why);
+  }
+}
+
+std::string HostMonitor::why_no_space() {
+  // Open files outlive their folder, so that commits to it succeed and are lost.
+  if (folder_at(data_) != folder_) {
+    return fmt::format(
+        "waits for its data: {} was moved or deleted while the coordinator ran. Put it back, or stop the coordinator and "
+        "restore a backup",
+        data_.string());
+  }
   std::error_code error;
-  const std::uint64_t free_bytes = std::filesystem::space(disk_, error).available;
-  if (error) {
-    return;  // commits report the error
+  const std::uint64_t free_bytes = std::filesystem::space(data_, error).available;
+  if (error || reserve_bytes_ == 0) {
+    return "";  // commits report the error
   }
-  const bool full = static_cast<double>(free_bytes) < static_cast<double>(reserve_bytes_) * (full_ ? kRoom : 1);
-  if (full != full_) {
-    full_ = full;
-    set_space_(
-        !full ? ""
-              : fmt::format("waits for space: the disk of {} has less than --reserve-gib {:g} left: delete ended jobs, "
-                            "or free space",
-                            disk_.string(), gib(reserve_bytes_)));
-  }
+  full_ = static_cast<double>(free_bytes) < static_cast<double>(reserve_bytes_) * (full_ ? kRoom : 1);
+  return !full_
+             ? ""
+             : fmt::format(
+                   "waits for space: the disk of {} has less than --reserve-gib {:g} left: delete ended jobs, or free "
+                   "space. Work continues when a tenth more is free",
+                   data_.string(), gib(reserve_bytes_));
 }
 
 }  // namespace lightmill

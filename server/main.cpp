@@ -166,6 +166,9 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
                        options.data, error ? "missing" : "empty");
     }
   }
+  if (!options.store.empty() && options.data.empty()) {
+    std::cout << "without --data, the folder of a coordinator, lost commits are not noticed\n";
+  }
   Result<State> state = open_state(options, stop);
   LM_RETURN_IF_ERROR(with_advice(state.status()));
   const Result<StateCheck> found = check_state(*state->store, *state->assets);

@@ -37,9 +37,12 @@ static ExitCode fetch_and_report(const Console& console, CoordinatorClient& conn
   }
   if (film->picture.receipt.max_samples == 0 && film->job.state() != v1::JOB_STATE_DONE) {
     const bool may_get_some = !has_ended(film->job.state());
-    return console.fail(make_error(may_get_some ? StatusCode::kUnavailable : StatusCode::kFailedPrecondition,
-                                   "job {} has no samples{}: it is {}{}", id, may_get_some ? " yet" : "",
-                                   state_name(film->job.state()), may_get_some ? ". Try again later" : ""));
+    return console.fail(
+        make_error(may_get_some ? StatusCode::kUnavailable : StatusCode::kFailedPrecondition,
+                   "job {} has no samples{}: it is {}{}", id, may_get_some ? " yet" : "", state_name(film->job.state()),
+                   film->job.state() == v1::JOB_STATE_PAUSED ? fmt::format(". `lightmill resume {}` continues it", id)
+                   : may_get_some                            ? ". Try again later"
+                                                             : ""));
   }
   if (const Status status = outputs.denoise ? denoise(film->picture) : ok_status(); !status.ok()) {
     return console.fail(status);

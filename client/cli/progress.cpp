@@ -143,8 +143,8 @@ std::string audits_text(const v1::Job& job) {
                                                           : "wait for an audit");
   }
   if (job.counters().nodes_dropped() > 0) {
-    text +=
-        fmt::format("; rendered again because of wrong results: {}", counted(job.counters().nodes_dropped(), "node"));
+    text += fmt::format("; rendered again because of wrong results or damage: {}",
+                        counted(job.counters().nodes_dropped(), "node"));
   }
   return text;
 }

@@ -87,16 +87,6 @@ struct Line {
   }
 };
 
-/// "cornell-be…blocks": the first and the last characters.
-std::string shortened(std::string_view text, int columns) {
-  const std::string head = cut_to_columns(text, columns / 2);
-  while (!text.empty() && columns_of(text) > columns - 1 - columns_of(head)) {
-    const std::string first = cut_to_columns(text, 1);
-    text.remove_prefix(first.empty() ? std::max<std::size_t>(cut_to_columns(text, 2).size(), 1) : first.size());
-  }
-  return cut_to_columns(fmt::format("{}…{}", head, text), columns);
-}
-
 /// "owner ada": a cell below its row. Empty for a cell without a value.
 std::string with_heading(std::string heading, const std::string& cell) {
   std::ranges::transform(heading, heading.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -185,6 +175,18 @@ Coloring coloring_of_output(const Coloring& coloring) {
 }
 
 }  // namespace
+
+std::string shortened(std::string_view text, int columns) {
+  if (columns_of(text) <= columns) {
+    return std::string(text);
+  }
+  const std::string head = cut_to_columns(text, columns / 2);
+  while (!text.empty() && columns_of(text) > columns - 1 - columns_of(head)) {
+    const std::string first = cut_to_columns(text, 1);
+    text.remove_prefix(first.empty() ? std::max<std::size_t>(cut_to_columns(text, 2).size(), 1) : first.size());
+  }
+  return cut_to_columns(fmt::format("{}…{}", head, text), columns);
+}
 
 std::vector<std::vector<std::string>> format_rows(Rows rows, int width, const Coloring& coloring) {
   std::vector<std::vector<std::string>> lines;

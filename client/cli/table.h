@@ -10,6 +10,9 @@
 
 namespace lightmill::cli {
 
+/// "cornell-be…blocks": the first and the last characters, if the text has more columns.
+std::string shortened(std::string_view text, int columns);
+
 using Rows = std::vector<std::vector<std::string>>;
 
 /// The colours of a column's cells in a terminal.

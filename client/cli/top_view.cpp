@@ -51,7 +51,9 @@ Rows job_rows(const std::vector<v1::Job>& jobs) {
     rows.push_back({std::to_string(job.id()), job.name(), state_name(job.state()),
                     fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
                     error_text(job).empty() ? "-" : error_text(job),
-                    running && job.reason().empty() && job.eta_seconds() >= 0 ? rough_seconds(job.eta_seconds()) : "-",
+                    running && job.reason().empty() && job.samples_per_second() > 0 && job.eta_seconds() >= 0
+                        ? rough_seconds(job.eta_seconds())
+                        : "-",
                     running ? human_rate(job.samples_per_second()) : "-", short_samples_count(job), job.owner()});
   }
   return rows;
@@ -124,6 +126,15 @@ Rows worker_rows(const std::vector<v1::Worker>& workers) {
   if (hosts) {
     rows.front().emplace_back("HOST");
   }
+  std::set<std::string> classes;
+  for (const v1::Worker& worker : workers) {
+    if (!worker.away()) {
+      classes.insert(worker.fingerprint_class());
+    }
+  }
+  if (classes.size() > 1) {
+    rows.front().emplace_back("CLASS");
+  }
   for (const v1::Worker& worker : workers) {
     if (is_shown_by_others(worker, workers)) {
       continue;
@@ -139,6 +150,9 @@ Rows worker_rows(const std::vector<v1::Worker>& workers) {
                                                    human_seconds(worker.connected_seconds())};
     if (hosts) {
       row.push_back(worker.away() ? "-" : worker.host());
+    }
+    if (classes.size() > 1) {
+      row.push_back(worker.away() ? "-" : worker.fingerprint_class());
     }
   }
   return rows;

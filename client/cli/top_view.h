@@ -28,7 +28,7 @@ int color_of_activity(std::string_view activity);
 bool is_shown_by_others(const v1::Worker& worker, const std::vector<v1::Worker>& workers);
 
 /// A header, and a row for each worker except those that is_shown_by_others. HOST is there only if a worker's name does
-/// not have its host.
+/// not have its host, and CLASS if there are several fingerprint classes.
 Rows worker_rows(const std::vector<v1::Worker>& workers);
 
 /// The lines: trouble, the farm's totals, its jobs that have not ended (active ones first, each state by number), its

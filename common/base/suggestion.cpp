@@ -33,6 +33,9 @@ std::size_t distance_of(std::string_view a, std::string_view b) {
 
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& words) {
   std::string_view nearest;
+  if (word.starts_with('-') && word.size() == 2) {
+    return "";  // every option of one letter is near
+  }
   std::size_t least = std::max<std::size_t>(word.size() / 3, 1) + 1;
   for (const std::string& each : words) {
     if (word.size() >= each.size() + least) {

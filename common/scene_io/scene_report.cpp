@@ -116,9 +116,9 @@ ReportRows scene_rows(const LoadedScene& loaded, const SceneReport& report) {
     rows.push_back({"textures", std::to_string(scene.textures.size())});
   }
   for (const Meter& meter : scene.meters) {
-    rows.push_back({"meter " + meter.name, std::string(quantity_of(meter))});
+    rows.push_back({"meter", fmt::format("{}: {}", meter.name, quantity_of(meter))});
   }
-  rows.push_back({"to send", fmt::format("{} (meshes and images), {} in all", counted(loaded.assets.size(), "asset"),
+  rows.push_back({"to send", fmt::format("{} (files of the scene), {} in all", counted(loaded.assets.size(), "asset"),
                                          human_bytes(report.asset_bytes))});
   return rows;
 }

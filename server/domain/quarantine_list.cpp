@@ -35,8 +35,8 @@ std::string QuarantineList::reason_for(const Renderer& renderer, std::string_vie
         return record.reason;
       }
       return fmt::format("it has {} in common with {}: {}",
-                         record.of.identity == renderer.identity ? renderer.identity : "its host", record.of.worker,
-                         record.reason);
+                         record.of.identity == renderer.identity ? "the identity " + renderer.identity : "its host",
+                         record.of.worker, record.reason);
     }
   }
   return "";

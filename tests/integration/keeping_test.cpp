@@ -29,6 +29,24 @@ bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+// Open files outlive their folder. So commits would succeed, and be lost with the process.
+TEST(Storage, JobsWaitWhileTheDataFolderIsAway) {
+  Farm farm({"--reserve-gib", "0"});
+  FarmClient client = farm.client();
+  Picture picture;
+  picture.side = 64;
+  picture.samples = 16;
+  const std::uint64_t job = client.submit(picture).id();
+  const std::filesystem::path away = farm.folder() / "away";
+  std::filesystem::rename(farm.data(), away);
+  EXPECT_TRUE(eventually([&] {
+    return says(client.job(job).reason(), "was moved or deleted while the coordinator ran");
+  })) << client.job(job).ShortDebugString();
+  std::filesystem::rename(away, farm.data());
+  farm.add_worker(1, "w1");
+  EXPECT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
+}
+
 TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {
   const SmallDisk disk(160);
   if (!disk.mounted()) {

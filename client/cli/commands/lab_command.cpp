@@ -75,8 +75,12 @@ class Lab {
   Result<v1::Job> follow(std::uint64_t id, const std::string& label) {
     Result<v1::Job> job = follow_job(farm_, id, false, signals_, console_, [&](const v1::WatchJobResponse& response) {
       if (console_.terminal() && !console_.json()) {
-        const std::string head = fmt::format("[{}/{}{}] {}: ", runs_ - runs_left_, runs_, eta_text(), label);
-        console_.redraw(head + progress_text(response.job(), console_.width() - 3 - columns_of(head)));
+        constexpr int kProgress = 24;  // columns
+        const int width = console_.width() - 3;
+        std::string text = fmt::format("[{}/{}{}] ", runs_ - runs_left_, runs_, eta_text());
+        text += shortened(label, std::max(width - columns_of(text) - kProgress, 1)) + ": ";
+        text += progress_text(response.job(), width - columns_of(text));
+        console_.redraw(cut_to_columns(text, width));
       }
     });
     if (job.ok() && job->state() != v1::JOB_STATE_DONE) {

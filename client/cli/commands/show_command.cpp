@@ -93,7 +93,7 @@ std::vector<std::vector<std::string>> describe(const v1::Job& job, const Assembl
   }
   if (film != nullptr && !film->meters.empty()) {
     for (const NamedReading& reading : film->meters) {
-      rows.push_back({"meter " + reading.meter.name, reading_text(reading)});
+      rows.push_back({"meter", fmt::format("{}: {}", reading.meter.name, reading_text(reading))});
     }
     rows.push_back({"", std::string(kReadingConfidence)});
   }

@@ -48,8 +48,10 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
   LivePicture live(outputs.png_layer.empty() ? options.picture.png_outputs() : std::vector<std::string>{}, outputs.view,
                    system_clock());
   Status live_status = ok_status();
+  bool is_paused = false;
   const Result<v1::Job> job = follow_job(farm, options.job, live.wanted() || viewer != nullptr, context.signals,
                                          console, [&](const v1::WatchJobResponse& response) {
+                                           is_paused = response.job().state() == v1::JOB_STATE_PAUSED;
                                            progress.show(response.job());
                                            if (viewer != nullptr) {
                                              viewer->update(response);
@@ -60,8 +62,9 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
                                          });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
-      console.notice(fmt::format("job {} continues. Follow it again with `lightmill watch {}{}`", options.job,
-                                 options.job, context.common.farm_options()));
+      console.notice(fmt::format("job {} {}. Follow it again with `lightmill watch {}{}`", options.job,
+                                 is_paused ? "is paused: `lightmill resume` continues it" : "continues", options.job,
+                                 context.common.farm_options()));
     }
     return console.fail(job.status());
   }

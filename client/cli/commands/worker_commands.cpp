@@ -1,6 +1,5 @@
 // lightmill workers [drain NAME | quarantine NAME | release NAME]
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
@@ -19,12 +18,8 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());
   const std::vector<v1::Worker>& workers = listed.items;
   json objects = json::array();
-  std::set<std::string> classes;
   for (const v1::Worker& worker : workers) {
     objects.push_back(to_json(worker));
-    if (!worker.away()) {
-      classes.insert(worker.fingerprint_class());
-    }
   }
   console.notices(listed.notices);
   console.object(json{{"workers", objects}, {"wanted_workers", listed.wanted}, {"notices", listed.notices}});
@@ -42,14 +37,7 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   if (workers.empty()) {
     console.result("no workers: " + how_to_start_a_worker(connection.address(), common));
   } else {
-    Rows rows = worker_rows(workers);
-    if (classes.size() > 1) {
-      rows.front().emplace_back("CLASS");
-      for (std::size_t i = 0; i < workers.size(); ++i) {
-        rows[i + 1].push_back(workers[i].away() ? "-" : workers[i].fingerprint_class());
-      }
-    }
-    print_table(console, rows, {1, color_of_activity});
+    print_table(console, worker_rows(workers), {1, color_of_activity});
     if (listed.wanted > workers.size()) {
       console.notice(fmt::format("jobs could keep {} busy", counted(listed.wanted, "worker")));
     }
@@ -110,7 +98,7 @@ Status quarantine_worker(CoordinatorClient& connection, const Console& console,
 Status release_worker(CoordinatorClient& connection, const Console& console, const std::string& name) {
   LM_RETURN_IF_ERROR(connection.release_worker(name));
   console.object(json{{"released", name}});
-  console.result(fmt::format("worker {} is released from quarantine", name));
+  console.result(fmt::format("worker {} and all others of its identity are released from quarantine", name));
   return ok_status();
 }
 

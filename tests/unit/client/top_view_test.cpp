@@ -81,6 +81,27 @@ TEST(Top, WorkersThatAreAwayHaveNoNumbersAndHostsAreNamedOnce) {
   EXPECT_EQ(worker_rows(workers)[2].back(), "-");
 }
 
+TEST(Top, ClassesAreInTheRowsOfTheirWorkers) {
+  std::vector<v1::Worker> workers(3);
+  workers[0].set_name("liar");  // an identity that its worker shows
+  workers[0].set_away(true);
+  workers[0].set_quarantine("smoke");
+  workers[1].set_name("liar/vm");
+  workers[1].set_host("vm");
+  workers[1].set_quarantine("smoke");
+  workers[1].set_fingerprint_class("one");
+  workers[2] = workers[1];
+  workers[2].set_name("honest/vm");
+  workers[2].clear_quarantine();
+  EXPECT_EQ(worker_rows(workers)[0].back(), "UP") << "one class needs no column";
+  workers[2].set_fingerprint_class("two");
+  const Rows rows = worker_rows(workers);
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[0].back(), "CLASS");
+  EXPECT_EQ(std::pair(rows[1].front(), rows[1].back()), std::pair(std::string("liar/vm"), std::string("one")));
+  EXPECT_EQ(std::pair(rows[2].front(), rows[2].back()), std::pair(std::string("honest/vm"), std::string("two")));
+}
+
 TEST(Top, JobsWithWorkersComeFirstThenHigherPriorities) {
   TopSnapshot snapshot;
   for (int i = 1; i <= 30; ++i) {
@@ -101,6 +122,9 @@ TEST(Top, JobsWithWorkersComeFirstThenHigherPriorities) {
 TEST(Top, AWaitingJobShowsItsReasonAndNoTime) {
   TopSnapshot snapshot = farm(2, 0);
   snapshot.jobs[1].set_eta_seconds(12);
+  EXPECT_EQ(top_lines(snapshot, 0, 0)[line_with(top_lines(snapshot, 0, 0), "job-2")].find("12 s"), std::string::npos)
+      << "nobody renders it";
+  snapshot.jobs[1].set_samples_per_second(1);
   EXPECT_NE(top_lines(snapshot, 0, 0)[line_with(top_lines(snapshot, 0, 0), "job-2")].find("12 s"), std::string::npos);
   snapshot.jobs[1].set_reason("waits for a worker");
   const std::vector<std::string> lines = top_lines(snapshot, 0, 0);

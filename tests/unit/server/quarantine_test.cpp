@@ -265,7 +265,7 @@ TEST_F(QuarantineTest, QuarantineCoversTheMachineUntilRelease) {
   answer(c);
   ASSERT_NE(worker("liar").quarantine, "");
   const SessionId other_name = connect_on("m1", "liar2");
-  EXPECT_NE(worker("liar2").quarantine.find("it has m1 in common with liar"), std::string::npos);
+  EXPECT_NE(worker("liar2").quarantine.find("it has the identity m1 in common with liar"), std::string::npos);
   for (int i = 0; i < 3; ++i) {
     answer(b);
     answer(c);
