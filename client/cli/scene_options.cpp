@@ -47,7 +47,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
           "source")
       ->type_name("auto|on|off")
       ->capture_default_str();
-  command.add_option("--at", options.at, "show a glTF file at this moment of its animation (default 0)")
+  command.add_option("--at", options.at, "show a glTF file at this moment of its animation (default: 0)")
       ->type_name("SECONDS")
       ->check(real_number(0, 1e9));
   command

@@ -124,7 +124,7 @@ class RowFormat {
     if (!below.empty()) {
       const int indent = std::min(kIndent, width_ / 4);
       for (const std::string& line :
-           wrap_to_columns(fmt::format("{}", fmt::join(below, ", ")), std::max(width_ - indent, 2))) {
+           wrap_to_columns(fmt::format("{}", fmt::join(below, "; ")), std::max(width_ - indent, 2))) {
         lines.push_back(std::string(static_cast<std::size_t>(indent), ' ') + line);
       }
     }

@@ -24,7 +24,7 @@ struct Coloring {
 
 /// Rows under a header, with columns padded to their widest cell. Cells are UTF-8. Control characters in them are
 /// escaped. If `width` columns (0: no limit) are too few, wide columns are wrapped. If that is not enough, the last
-/// columns move to an indented line below each row, as "owner ada, size 96x80", without those that are empty or "-". A
+/// columns move to an indented line below each row, as "owner ada; size 96x80", without those that are empty or "-". A
 /// name in the first columns that is longer than half of `width` loses its middle, and stands whole on that line. Rows
 /// of two cells need no header: they are only wrapped.
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring = {});

@@ -177,7 +177,7 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
   std::uint64_t threads = 0;
   double rate = 0;
   for (const v1::Worker& worker : workers) {
-    worker_kinds.push_back(activity(worker));
+    worker_kinds.push_back((worker.quarantine().empty() ? "" : "in ") + activity(worker));
     threads += worker.away() ? 0 : worker.threads();
     rate += worker.samples_per_second();
   }

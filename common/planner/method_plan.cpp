@@ -134,7 +134,7 @@ Verdict admit_caustic(const SceneFacts& facts) {
     return {"caustic", false, std::move(reason)};
   }
   return {"caustic", true,
-          facts.casters.empty() ? "nothing in the scene causes caustics, so path does the same with less work" : ""};
+          facts.casters.empty() ? "nothing in the scene causes caustics, so path finds all light with less work" : ""};
 }
 
 /// The method that finds what camera paths miss.

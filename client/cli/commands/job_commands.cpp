@@ -206,7 +206,8 @@ void add_job_commands(CLI::App& app, Context& context) {
   jobs->footer(
       "A ! after the method means that there are notices, for example about missing light. `lightmill show JOB` lists "
       "them.\n"
-      "In a narrow terminal, long names lose their middle, and SIZE, SUBMITTED and OWNER are left out, in this order. "
+      "In a narrow terminal, long names lose their middle, and SIZE, SUBMITTED and OWNER are left out, in this order. If that "
+      "is not enough, the last columns move below their row. "
       "`lightmill help output` says what sets the width.\n"
       "Mixed means that workers of every fingerprint class may render the job (--allow-mixed).");
   const auto list = std::make_shared<ListOptions>();

@@ -9,6 +9,7 @@
 #include "client/cli/lab_plan.h"
 #include "client/cli/progress.h"
 #include "client/cli/submission.h"
+#include "client/cli/table.h"
 #include "client/cli/units.h"
 #include "common/base/number_text.h"
 #include "common/base/text_width.h"

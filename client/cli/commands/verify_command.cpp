@@ -168,8 +168,8 @@ Result<ExitCode> verify(Context& context, const Console& console, const VerifyOp
                         object);
   }
   console.object(object);
-  console.result(fmt::format("{}: the file is unchanged. {} of {} tiles: rendered again, same bits (--seed {})",
-                             options.image, tiles.size(), all, seed));
+  console.result(fmt::format("{}: the file is unchanged. {} of {}: rendered again, same bits (--seed {})",
+                             options.image, tiles.size(), counted(all, "tile"), seed));
   return kDone;
 }
 

@@ -139,7 +139,8 @@ TEST_F(CliTest, ConvertSaysWhatAFileLacks) {
   const auto failure = [&](const std::vector<std::string>& more) {
     return json(with({"convert"}, more), 2)["failure"].value("message", "");
   };
-  EXPECT_EQ(failure({file("other.png"), "-o", file("b.png")}), file("other.png") + ": this is not an EXR file: give an .exr file");
+  EXPECT_EQ(failure({file("other.png"), "-o", file("b.png")}),
+            file("other.png") + ": this is not an EXR file: give an .exr file");
   EXPECT_EQ(failure({file("none.exr"), "-o", file("b.png")}),
             "cannot open " + file("none.exr") + ": No such file or directory");
   for (const std::vector<std::string>& more :

@@ -68,7 +68,9 @@ TEST(Experiment, MistakesAreNamed) {
     EXPECT_EQ(experiment.status().code(), StatusCode::kInvalidArgument) << to;
     return message_of(experiment.status());
   };
-  EXPECT_NE(error("\"samples\": [1, 4]", "\"samples\": [4, 4]").find("samples[1]: 4 must be above samples[0], which is 4"), std::string::npos);
+  EXPECT_NE(
+      error("\"samples\": [1, 4]", "\"samples\": [4, 4]").find("samples[1]: 4 must be above samples[0], which is 4"),
+      std::string::npos);
   EXPECT_NE(error("[1, 4]", "[1, -4]").find("samples[1]"), std::string::npos);
   EXPECT_NE(error("\"methods\"", "\"method\"").find("unknown field \"method\""), std::string::npos);
   EXPECT_NE(error("[\"path\"]", "[\"path\", \"path\"]").find("path is given twice"), std::string::npos);
@@ -82,7 +84,9 @@ TEST(Experiment, MistakesAreNamed) {
   }
   EXPECT_NE(error("\"samples\": [1, 4],", "").find("\"samples\" or \"errors\""), std::string::npos);
   EXPECT_NE(error("\"a.json\"", "{\"name\": \"a\"}").find("scenes[0]"), std::string::npos);
-  EXPECT_NE(error("\"samples\": [1, 4]", "\"errors\": [0.1, 0.2]").find("errors[1]: 0.2 must be below errors[0], which is 0.1"), std::string::npos);
+  EXPECT_NE(error("\"samples\": [1, 4]", "\"errors\": [0.1, 0.2]")
+                .find("errors[1]: 0.2 must be below errors[0], which is 0.1"),
+            std::string::npos);
   EXPECT_NE(error("\"samples\": 64", "\"samples\": 64, \"error\": 1").find("reference: must be"), std::string::npos);
   EXPECT_NE(error("{\"scenes\"", "{\"width\": 3, \"scenes\"").find("width and height"), std::string::npos);
   EXPECT_NE(error("}}", "}").find("not JSON at line "), std::string::npos);

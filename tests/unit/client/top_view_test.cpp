@@ -219,7 +219,7 @@ TEST(Top, ColumnsThatDoNotFitStandBelowTheirRows) {
   snapshot.jobs[0].set_name("a-job-with-a-name-of-forty-six-characters-here");
   snapshot.jobs[0].set_owner("ada");
   const std::vector<std::string> lines = top_lines(snapshot, 60, 24);
-  EXPECT_EQ(lines.back(), "    samples 0/64, owner ada");
+  EXPECT_EQ(lines.back(), "    samples 0/64; owner ada");
   const std::vector<std::string> low = top_lines(farm(50, 0), 40, 12);
   EXPECT_EQ(low.back(), "… and 48 more");
 }

@@ -200,10 +200,10 @@ TEST(Table, ColumnsThatDoNotFitStandBelowTheirRows) {
                   {"12", "cornell-bench-blocks", "running", "ada", "480x270"},
                   {"13", "box", "done", "", "-"}};
   EXPECT_EQ(format_table(rows, 40), (Lines{"JOB  NAME                  STATE", "12   cornell-bench-blocks  running",
-                                           "    owner ada, size 480x270", "13   box                   done"}));
+                                           "    owner ada; size 480x270", "13   box                   done"}));
   EXPECT_EQ(format_table(rows, 20),
-            (Lines{"JOB  NAME", "12   cornell…-blocks", "    name", "    cornell-bench-bl", "    ocks, state",
-                   "    running, owner", "    ada, size", "    480x270", "13   box", "    state done"}));
+            (Lines{"JOB  NAME", "12   cornell…-blocks", "    name", "    cornell-bench-bl", "    ocks; state",
+                   "    running; owner", "    ada; size", "    480x270", "13   box", "    state done"}));
 }
 
 TEST(Table, ALongNameIsShortenedInItsColumnAndWholeBelow) {
@@ -280,9 +280,9 @@ TEST(Table, ASqueezedRowTakesTwoLinesWhereItsKeptColumnsDoNotFit) {
   EXPECT_EQ(
       format_table(squeezed(kJobs, 60, kJobsGive), 60),
       (Lines{"JOB  NAME                      STATE      DONE  SAMPLES",
-             "12   cornell-benc…-glass-ball  running    12%   8/64", "    method caustic, owner ada, size 1920x1080",
+             "12   cornell-benc…-glass-ball  running    12%   8/64", "    method caustic; owner ada; size 1920x1080",
              "13   box                       cancelled  100%  16384",
-             "    method path or caustic, owner bob, size 96x80"}));
+             "    method path or caustic; owner bob; size 96x80"}));
   for (int width = 43; width < 64; ++width) {
     EXPECT_EQ(format_table(squeezed(kJobs, width, kJobsGive), width).size(), 2 * kJobs.size() - 1) << width;
   }
