@@ -92,7 +92,7 @@ test("a worker's name opens its last hour", async () => {
   await page.keyboard.press('Enter');
   assert.equal(await opener.getAttribute('aria-expanded'), 'true');
   await page.getByRole('list', {name: 'Events of box-1'}).locator('li').first().waitFor();
-  await eventually('a minute', async () => (await page.getByText(/Last hour: \d+ results?, [1-9]\d* units? lost/).count()) === 1);
+  await eventually('a minute', async () => (await page.getByText(/Last hour: \d+ results?, [1-9]\d* leases? lost/).count()) === 1);
   if (pictures) {
     await page.screenshot({path: join(pictures, 'farm.png'), fullPage: true});
   }

@@ -49,7 +49,7 @@ test('the meters show the readings of the command line at their places', async (
     session.farm
       .lightmill('show', job)
       .split('\n')
-      .map((line) => /^meter (\S+)\s+(.*)$/.exec(line.trim()))
+      .map((line) => /^meter\s+(\S+): (.*)$/.exec(line.trim()))
       .filter((found) => found)
       .map(([, name, reading]) => [name, reading.split(', ')]),
   );
@@ -90,7 +90,7 @@ test('the meters stay while their job ends, and show its last readings at once',
   assert.equal(await session.stateOf(ending), 'JOB_STATE_RUNNING');
   session.farm.lightmill('cancel', ending);
   await session.waitForState(ending, 'CANCELLED');
-  const [, photometric] = /^meter floor\s+\S.*, (.*)$/m.exec(session.farm.lightmill('show', ending));
+  const [, photometric] = /^meter\s+floor: \S.*, (.*)$/m.exec(session.farm.lightmill('show', ending));
   await eventually('the last reading', async () => (await watching.locator('.meters div', {hasText: 'floor'}).locator('dd').textContent()).startsWith(photometric));
   assert.equal(await watching.evaluate(() => document.body.dataset.metersWent), undefined);
   await watching.context().close();

@@ -34,7 +34,7 @@ TEST_F(CliTest, CheckNamesMetersAndLightGroups) {
   EXPECT_EQ(facts["textures"], 0);
   const CommandResult text = lightmill({"check", lit});
   for (const char* part :
-       {"0 triangles, 0 spheres, 1 plane\n", "light groups       key\n", "meter desk         irradiance\n"}) {
+       {"0 triangles, 0 spheres, 1 plane\n", "light groups       key\n", "meter              desk: irradiance\n"}) {
     EXPECT_NE(text.out.find(part), std::string::npos) << part << text.out;
   }
 }
