@@ -33,10 +33,7 @@ bool says(const std::string& text, const std::string& part) {
 TEST(Storage, JobsWaitWhileTheDataFolderIsAway) {
   Farm farm({"--reserve-gib", "0"});
   FarmClient client = farm.client();
-  Picture picture;
-  picture.side = 64;
-  picture.samples = 16;
-  const std::uint64_t job = client.submit(picture).id();
+  const std::uint64_t job = client.submit(kSmall).id();
   const std::filesystem::path away = farm.folder() / "away";
   std::filesystem::rename(farm.data(), away);
   EXPECT_TRUE(eventually([&] {
@@ -44,7 +41,7 @@ TEST(Storage, JobsWaitWhileTheDataFolderIsAway) {
   })) << client.job(job).ShortDebugString();
   std::filesystem::rename(away, farm.data());
   farm.add_worker(1, "w1");
-  EXPECT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
+  expect_reference_film(farm.client(), job, kSmall);
 }
 
 TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {

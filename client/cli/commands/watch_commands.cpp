@@ -62,9 +62,10 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
                                          });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
-      console.notice(fmt::format("job {} {}. Follow it again with `lightmill watch {}{}`", options.job,
-                                 is_paused ? "is paused: `lightmill resume` continues it" : "continues", options.job,
-                                 context.common.farm_options()));
+      console.notice(fmt::format(
+          "job {0} {1}. Follow it again with `lightmill watch {0}{2}`", options.job,
+          is_paused ? fmt::format("is paused: `lightmill resume {}` continues it", options.job) : "continues",
+          context.common.farm_options()));
     }
     return console.fail(job.status());
   }
