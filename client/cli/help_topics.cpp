@@ -71,7 +71,7 @@ void explain_farm(const Console& console) {
   print_text(console,
              "A command uses the farm of --server, else that of LIGHTMILL_SERVER, else the one at 127.0.0.1:7350. "
              "Several addresses, separated by commas, are the active coordinator and its standbys: A:7350,B:7350. If "
-             "quickstart.sh runs a farm at another port in the current folder or above it, a note says so.\n\n"
+             "quickstart.sh runs a farm at another port in the current folder or above it, a notice says so.\n\n"
              "`render`, `verify` and `lab` need no farm. If no address is given and no farm answers at "
              "127.0.0.1:7350, they start a local farm. They stop it at the end. --local always starts one.\n\n"
              "Ctrl-C in `render` cancels the job. Its picture can still be fetched. With a local farm, Ctrl-C writes "

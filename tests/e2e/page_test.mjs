@@ -1,5 +1,5 @@
 // The web page's lists, actions and connection in a real browser with a real farm:
-//   node page_test.mjs FOLDER-OF-PROGRAMS [--picture FILE.png]
+//   node page_test.mjs FOLDER-OF-PROGRAMS
 import assert from 'node:assert/strict';
 import {readdirSync, readFileSync, statSync} from 'node:fs';
 import {join} from 'node:path';
@@ -7,8 +7,7 @@ import {after, before, test} from 'node:test';
 import {eventually} from './farm.mjs';
 import {assertFits, kDesktop, kPhone, Session} from './session.mjs';
 
-const [programs, ...options] = process.argv.slice(2);
-const picture = options[0] === '--picture' ? options[1] : undefined;
+const programs = process.argv[2];
 const session = new Session(programs);
 let page;
 let job;
@@ -59,13 +58,6 @@ test('a job is paused, resumed, extended and cancelled from the page', async () 
   await page.getByLabel('New total of samples').fill('200000');
   await page.getByRole('button', {name: 'Extend'}).click();
   await page.getByText('200000 samples').waitFor();
-  if (picture) {
-    await page.waitForTimeout(12_000);
-    await page.evaluate(() => document.querySelector('.side').scrollTo(0, 0));
-    await page.mouse.move(520, 700);
-    await page.waitForTimeout(500);
-    await page.screenshot({path: picture});
-  }
   page.once('dialog', (dialog) => dialog.accept());
   await page.getByRole('button', {name: 'Cancel'}).click();
   await session.waitForState(other, 'CANCELLED');

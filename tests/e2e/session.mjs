@@ -9,8 +9,8 @@ const require = createRequire(join(kSource, 'client/web/package.json'));
 const {chromium} = require('playwright-core');
 
 export const kAxeFile = require.resolve('axe-core/axe.min.js');
-/** Small, because a processor draws each pixel. Pictures for documents are larger. */
-export const kDesktop = process.argv.some((word) => word.startsWith('--picture')) ? {width: 1280, height: 860} : {width: 960, height: 680};
+/** Small, because a processor draws each pixel. Pictures for people are larger. */
+export const kDesktop = process.argv.includes('--pictures') ? {width: 1280, height: 860} : {width: 960, height: 680};
 export const kPhone = {width: 390, height: 844};
 
 const axe = readFileSync(kAxeFile, 'utf8');

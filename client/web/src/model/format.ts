@@ -89,7 +89,7 @@ export function powerOfTen(value: number | null): string {
   if (value === null || !(Math.abs(exponent - whole) < 1e-6)) {
     return '';
   }
-  return whole < -3 || whole > 5 ? `1e${whole}` : String(Number(value.toPrecision(1)));
+  return whole < -4 || whole > 5 ? `1e${whole}` : String(Number(value.toPrecision(1)));
 }
 
 const kStates: Record<JobState, string> = {

@@ -67,19 +67,22 @@ export function MeterMarks({rows, camera, screen}: {rows: readonly MeterRow[]; c
   const places = labelPlaces(labels);
   return (
     <svg class="meter-marks" aria-hidden="true" width={screen.width} height={screen.height}>
-      {labels.map(({name, mark, text}, i) => {
+      {labels.map(({name, mark}) => {
         const {x, y} = place(mark.at);
         return (
           <g key={name}>
             {mark.outline.length > 0 && <polygon points={line(mark.outline)} />}
             {mark.tip && <polyline points={line([mark.at, mark.tip])} />}
             {mark.outline.length === 0 && <circle cx={x} cy={y} r={4} />}
-            <text x={places[i]!.x} y={places[i]!.y}>
-              {text}
-            </text>
           </g>
         );
       })}
+      {/* After all lines, so that no line crosses a text. */}
+      {labels.map(({name, text}, i) => (
+        <text key={name} x={places[i]!.x} y={places[i]!.y}>
+          {text}
+        </text>
+      ))}
     </svg>
   );
 }
