@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -72,8 +71,7 @@ Status as_output_error(const Status& status) {
 }
 
 Console::Console(bool json, bool openjd) : json_(json), openjd_(openjd) {
-  const char* term = std::getenv("TERM");
-  terminal_ = !json && ::isatty(STDERR_FILENO) == 1 && term != nullptr && std::string_view(term) != "dumb";
+  terminal_ = !json && can_redraw(STDERR_FILENO);
   color_ = terminal_ && colors_wanted();
 }
 

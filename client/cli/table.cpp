@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <map>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "common/base/text.h"
@@ -163,6 +165,30 @@ std::vector<int> widest_cells(const Rows& rows) {
   return widths;
 }
 
+/// The begin of the first word or number in which the texts differ. A word ends at one of " -_./".
+std::size_t first_difference(std::string_view a, std::string_view b) {
+  const auto same = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
+  const std::size_t end = a.substr(0, same).find_last_of(" -_./");
+  return end == std::string_view::npos ? 0 : end + 1;
+}
+
+/// Shortens the texts of a column. Those that would look alike lose what they have in common instead.
+void shorten_column(Rows& rows, std::size_t column, int columns) {
+  std::map<std::string, std::set<std::string>> alike;
+  for (const auto& row : rows) {
+    alike[shortened(row[column], columns)].insert(row[column]);
+  }
+  for (auto& row : rows) {
+    std::string& cell = row[column];
+    const std::string text = shortened(cell, columns);
+    const std::set<std::string>& group = alike.at(text);
+    const std::size_t same = first_difference(*group.begin(), *group.rbegin());
+    const std::string head = fmt::format("{}…", cut_to_columns(cell, columns / 4));
+    const bool apart = group.size() > 1 && same > head.size();
+    cell = apart ? head + shortened(std::string_view(cell).substr(same), columns - columns_of(head)) : text;
+  }
+}
+
 Rows first_columns(Rows rows, std::size_t count) {
   for (auto& row : rows) {
     row.resize(std::min(row.size(), count));
@@ -223,11 +249,7 @@ Rows squeezed(Rows rows, int width, const Squeeze& squeeze) {
   }
   const bool one_line = width_of(count) + least_name <= width;
   const int name = one_line ? width - width_of(count) : std::max(std::min(kMinWrapped, width / 2), 2);
-  for (auto& row : rows) {
-    if (columns_of(row[squeeze.name]) > name) {
-      row[squeeze.name] = shortened(row[squeeze.name], name);
-    }
-  }
+  shorten_column(rows, squeeze.name, name);
   if (one_line) {
     return first_columns(std::move(rows), count);
   }

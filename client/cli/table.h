@@ -34,7 +34,8 @@ std::vector<std::vector<std::string>> format_rows(Rows rows, int width, const Co
 
 /// What a table gives up, so that each row fits one line.
 struct Squeeze {
-  std::size_t name = 0;  ///< column whose long cells lose their middle
+  /// Column whose long cells lose their middle. Cells that would look alike lose what they have in common.
+  std::size_t name = 0;
   std::size_t kept = 0;  ///< number of columns that stay. Those after them are left out, from the last
 };
 

@@ -6,6 +6,7 @@
 #include <wchar.h>
 
 #include <algorithm>
+#include <array>
 #include <clocale>
 #include <cstdlib>
 
@@ -61,11 +62,39 @@ std::string_view variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// The end of the first word of a sentence: a word, a command in backticks, or the beginning of a default.
-std::size_t end_of_word(std::string_view text, int columns) {
-  const auto blank = [&](std::size_t from) { return std::min(text.find(' ', from), text.size()); };
+/// Whether TERM names a terminal that obeys control sequences.
+bool obeys_codes() {
+  return !variable("TERM").empty() && variable("TERM") != "dumb";
+}
+
+constexpr std::array<std::string_view, 12> kUnits{"s",  "min", "h", "ms",  "d",   "days",
+                                                  "kB", "B",   "%", "KiB", "MiB", "GiB"};
+
+/// The end of the word that begins at `from`.
+std::size_t end_from(std::string_view text, std::size_t from) {
+  return std::min(text.find(' ', from), text.size());
+}
+
+/// The end of a number with its unit, such as "10 min". 0 if the first word is no number, or has no unit.
+std::size_t end_of_quantity(std::string_view text) {
+  const std::size_t end = end_from(text, 0);
+  if (end == 0 || end == text.size() || text[end - 1] < '0' || text[end - 1] > '9') {
+    return 0;
+  }
+  const std::size_t whole = end_from(text, end + 1);
+  const std::string_view unit = text.substr(end + 1, text.find_first_of(" .,;:)", end + 1) - end - 1);
+  return std::ranges::find(kUnits, unit) == kUnits.end() ? 0 : whole;
+}
+
+/// The end of the first word: a word, a number with its unit, or in a sentence also a command in backticks, or the
+/// beginning of a default.
+std::size_t end_of_word(std::string_view text, int columns, bool sentence) {
+  const auto blank = [&](std::size_t from) { return end_from(text, from); };
   const std::size_t end = blank(0);
-  std::size_t whole = end;
+  std::size_t whole = std::max(end, end_of_quantity(text));
+  if (!sentence) {
+    return columns_of(text.substr(0, whole)) <= columns ? whole : end;
+  }
   if (const std::size_t quote = text.substr(0, end).rfind('`'); quote != std::string_view::npos) {
     const bool opens = std::ranges::count(text.substr(0, end), '`') % 2 == 1;
     const std::size_t closing = opens ? text.find('`', quote + 1) : quote;
@@ -82,7 +111,7 @@ std::vector<std::string> wrap(std::string_view text, int columns, bool sentences
   while (!text.empty()) {
     const std::size_t spaces = std::min(text.find_first_not_of(' '), text.size());
     std::string_view word = text.substr(spaces);
-    word = word.substr(0, sentences ? end_of_word(word, columns) : word.find(' '));
+    word = word.substr(0, end_of_word(word, columns, sentences));
     text.remove_prefix(spaces + word.size());
     const int gap = lines.back().empty() && lines.size() > 1 ? 0 : static_cast<int>(spaces);
     if (used > 0 && used + gap + columns_of(word) > columns) {
@@ -117,8 +146,12 @@ int output_columns(int descriptor) {
   return given >= kMinWrappedColumns && given <= kMaxColumns ? given : terminal_columns(descriptor);
 }
 
+bool can_redraw(int descriptor) {
+  return ::isatty(descriptor) == 1 && obeys_codes();
+}
+
 bool colors_wanted() {
-  return variable("NO_COLOR").empty() && !variable("TERM").empty() && variable("TERM") != "dumb";
+  return variable("NO_COLOR").empty() && obeys_codes();
 }
 
 int columns_of(std::string_view text) {

@@ -15,6 +15,9 @@ int terminal_columns(int descriptor);
 /// number is ignored.
 int output_columns(int descriptor);
 
+/// Whether text can be moved and replaced there: a terminal, and TERM names one that is not "dumb".
+bool can_redraw(int descriptor);
+
 /// Whether terminals get coloured text: NO_COLOR is not set, and TERM names a terminal that is not "dumb".
 bool colors_wanted();
 
@@ -28,7 +31,7 @@ int widest_word(std::string_view text);
 std::string cut_to_columns(std::string_view text, int columns);
 
 /// Lines of at most `columns` columns, which must be 2 or more. A line ends between words, or inside a word that is
-/// longer than a line. At least one line.
+/// longer than a line. A number stays with its unit. At least one line.
 std::vector<std::string> wrap_to_columns(std::string_view text, int columns);
 
 /// The same for sentences. Longer words stay whole, because people copy addresses and tokens. No line ends inside a

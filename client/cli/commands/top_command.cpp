@@ -26,7 +26,7 @@ constexpr Duration kTick = std::chrono::milliseconds(50);         // interval of
 constexpr Duration kSilence = std::chrono::seconds(3);            // silence below this is not reported
 
 constexpr const char* kTopFooter =
-    "q or Ctrl-C ends it. With --json, or if standard output is no terminal, it prints once.";
+    "q or Ctrl-C ends it. With --json, or if standard output is no terminal that can redraw, it prints once.";
 
 struct TopOptions {
   bool once = false;
@@ -120,7 +120,7 @@ Result<ExitCode> top(Context& context, const Console& console, const TopOptions&
   if (!snapshot.ok()) {
     return console.fail(snapshot.status());
   }
-  if (options.once || console.json() || ::isatty(STDOUT_FILENO) != 1) {
+  if (options.once || console.json() || !can_redraw(STDOUT_FILENO)) {
     console.object(snapshot_json(*snapshot));
     for (const std::string& line : top_lines(*snapshot, output_columns(STDOUT_FILENO), 0)) {
       console.result(line);

@@ -236,6 +236,13 @@ TEST_F(FarmCliTest, TopDrawsAgainWhenTheWindowGrows) {
   EXPECT_TRUE(terminal.says("jobs could keep")) << terminal.said();
 }
 
+TEST_F(FarmCliTest, TopPrintsOnceInATerminalThatCannotRedraw) {
+  Terminal terminal({"/usr/bin/env", "TERM=dumb", program("lightmill"), "top", "--server", server()}, 24, 100);
+  EXPECT_EQ(terminal.wait(), 0);
+  EXPECT_NE(terminal.said().find("jobs     none"), std::string::npos) << terminal.said();
+  EXPECT_EQ(terminal.said().find('\x1b'), std::string::npos) << terminal.said();
+}
+
 TEST_F(FarmCliTest, CtrlZDoesNotSuspendTop) {
   Terminal terminal({program("lightmill"), "top", "--server", server()}, 24, 100);
   ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();

@@ -293,6 +293,21 @@ TEST(Table, NarrowColumnsLeaveTheNameItsWidth) {
   EXPECT_EQ(format_table(squeezed(rows, 17, {1, 3}), 17), (Lines{"JOB  NAME  STATE", "1    box   done"}));
 }
 
+TEST(Table, NamesThatWouldLookAlikeLoseWhatTheyHaveInCommon) {
+  const Rows rows{{"JOB", "NAME", "STATE"},
+                  {"1", "kitchen-in-the-morning-0017-with-all-the-lamps", "done"},
+                  {"2", "garden", "done"},
+                  {"3", "kitchen-in-the-morning-0018-with-all-the-lamps", "done"},
+                  {"4", "kitchen-in-the-morning-0018-with-all-the-lamps", "done"},
+                  {"5", "küche-für-alle-tage-im-jahr-ä-mit-allen-lampen", "done"},
+                  {"6", "küche-für-alle-tage-im-jahr-ö-mit-allen-lampen", "done"}};
+  EXPECT_EQ(format_table(squeezed(rows, 36, {1, 3}), 36),
+            (Lines{"JOB  NAME                      STATE", "1    kitche…0017-wit…he-lamps  done",
+                   "2    garden                    done", "3    kitche…0018-wit…he-lamps  done",
+                   "4    kitche…0018-wit…he-lamps  done", "5    küche-…ä-mit-al…n-lampen  done",
+                   "6    küche-…ö-mit-al…n-lampen  done"}));
+}
+
 TEST(Table, ColorsTakeNoColumns) {
   const Coloring red{1, [](std::string_view text) { return text == "failed" ? 31 : 0; }};
   EXPECT_EQ(format_table({{"JOB", "STATE", "NAME"}, {"1", "failed", "box"}, {"2", "done", "failed"}}, 0, red),
@@ -349,6 +364,9 @@ TEST(TextWidth, WrapsBetweenWordsAndWithinLongOnes) {
   EXPECT_EQ(wrap_to_columns("", 5), (Lines{""}));
   EXPECT_EQ(wrap_to_columns("one two  three", 8), (Lines{"one two", "three"}));
   EXPECT_EQ(wrap_to_columns("a digest 0123456789", 8), (Lines{"a digest", "01234567", "89"}));
+  EXPECT_EQ(wrap_to_columns("waits for 10 min.", 12), (Lines{"waits for", "10 min."}));
+  EXPECT_EQ(wrap_to_columns("waits for 10 mines", 12), (Lines{"waits for 10", "mines"}));
+  EXPECT_EQ(wrap_to_columns("1000 min", 4), (Lines{"1000", "min"})) << "too narrow for both";
   EXPECT_EQ(wrap_to_columns("冷却塔", 5), (Lines{"冷却", "塔"}));
 }
 
