@@ -18,7 +18,7 @@ test('times and numbers are written as the command line writes them', () => {
   expect(boundedErrorText({relMse: 0.0001, halfWidth: 0.000044})).toBe('±1.0% (95%: at most ±1.2%)');
   expect(boundedErrorText(undefined)).toBe('');
   expect([0, 0.5, 1e-5, 123456].map(valueText)).toEqual(['0.000', '0.5000', '1.000e-5', '1.235e+5']);
-  expect([1, 0.1, 1e-3, 1e-4, 1e5, 1e6, 2, 0, null].map(powerOfTen)).toEqual(['1', '0.1', '0.001', '1e-4', '100000', '1e6', '', '', '']);
+  expect([1, 0.1, 1e-3, 1e-4, 1e5, 1e6, 2, 0, null].map(powerOfTen)).toEqual(['1', '0.1', '0.001', '0.0001', '100000', '1e6', '', '', '']);
   expect(ageText(0, 1000)).toBe('');
   expect(ageText(1000, 1000 + 125_000)).toBe('2 min ago');
 });
