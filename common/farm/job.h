@@ -37,7 +37,7 @@ inline TileGrid grid_of(const RenderSettings& settings) {
 }
 
 /// Version of the samples' bits. It is raised whenever any sample's bits, or the names of fingerprint classes, change.
-inline constexpr const char* kRendererVersion = "lightmill-core-22";
+inline constexpr const char* kRendererVersion = "lightmill-core-23";
 
 /// The class of a job whose samples workers of any class may render. No worker has it.
 inline constexpr const char* kMixedClass = "mixed";

@@ -362,7 +362,7 @@ std::string fingerprint_class() {
     for (Material& material : test.scene.materials) {
       material.interior.scattering = {};
     }
-    // For methods with photons, which refuse scattering media.
+    // For `vcm`, which refuses media that scatter.
     const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;
     for (const std::string_view name : method_names()) {
       if (name == kAutoMethod) {
@@ -371,7 +371,7 @@ std::string fingerprint_class() {
       if (shared_samples(*parse_method(name)) == 0) {
         append_samples(scene, name == "ao" ? "ao:distance=1" : std::string(name), rendered.range, hasher);
       } else if (box) {
-        append_samples(clear, fmt::format("{}:photons=1000", name), {0, 0}, hasher);
+        append_samples(name == "vcm" ? clear : scene, fmt::format("{}:photons=1000", name), {0, 0}, hasher);
       }
     }
   }

@@ -3,7 +3,8 @@
 namespace lightmill {
 
 Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Media8& media,
-                             Passing8 passing, std::uint32_t through, RenderCounters& counters) {
+                             Passing8 passing, std::uint32_t through, RenderCounters& counters,
+                             const TakeSegments& take) {
   passing.opaque_geometry = through;
   const bool has_media = scene.features().media;
   const MediumTable& table = scene.media();
@@ -22,6 +23,9 @@ Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& r
       const F8 length = select(hits.hit, hits.distance, out.rays.max_distance) + skipped;
       const V8 left = table.transmittance(table.current(out.media), length);
       out.transmittance = select(active, out.transmittance * left, out.transmittance);
+      if (take) {
+        take(active, {out.rays.origin - rays.direction * skipped, length, out.media, passed});
+      }
     }
     active = active & hits.hit;
     out.hits = select(active, hits, out.hits);

@@ -32,19 +32,11 @@ struct UnseenCaustics {
   }
 };
 
-/// Photons do not scatter in media.
-bool photons_render(const SceneFacts& facts) {
-  return !facts.scattering;
-}
-
 /// With so small a share of all photons, even many passes give none.
 constexpr double kFewPhotons = 1e-8;
 
 /// `ppm`: photons start at sampled lights. Photons of distant light cover only bounded shapes.
 Verdict admit_ppm(const SceneFacts& facts) {
-  if (!photons_render(facts)) {
-    return {"ppm", false, "it does not follow light in scattering media"};
-  }
   if (!facts.unsampled_emitters.empty()) {
     return {"ppm", false,
             fmt::format("{} emits no photons, so its light on other surfaces is missing",
@@ -86,7 +78,7 @@ std::string infinite_reason(const SceneFacts& facts, const NamedItems& planes) {
 }
 
 Verdict admit_vcm(const SceneFacts& facts) {
-  if (!photons_render(facts)) {
+  if (facts.scattering) {
     return {"vcm", false, "it does not follow light in scattering media"};
   }
   for (std::string reason : {hidden_reason(facts), infinite_reason(facts, facts.infinite_casters),
@@ -121,9 +113,6 @@ Verdict without_layers(std::string_view method, const SceneFacts& facts) {
 }
 
 Verdict admit_caustic(const SceneFacts& facts) {
-  if (!photons_render(facts)) {
-    return {"caustic", false, "it does not follow light in scattering media"};
-  }
   if (UnseenCaustics(facts).by_layers) {
     return without_layers("caustic", facts);
   }
@@ -168,11 +157,6 @@ Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
 /// Candidates of `auto`, simplest first. `vcm` is taken only if these miss light, because it needs several times the
 /// work of the better one.
 constexpr std::array<std::string_view, 2> kCandidates{"path", "caustic"};
-
-/// Whether `caustic` finds more light than `path`, though neither finds all.
-bool caustic_finds_more(const SceneFacts& facts) {
-  return photons_render(facts) && UnseenCaustics(facts).by_casters;
-}
 
 }  // namespace
 
@@ -239,7 +223,7 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
   if (admit_vcm(facts).admitted) {
     return {{"vcm" + parameters}, {passed_over}};
   }
-  return caustic_finds_more(facts)
+  return UnseenCaustics(facts).by_casters
              ? MethodPlan{{"caustic" + parameters},
                           {"no method of auto finds all light, but caustic finds more than path"}}
              : MethodPlan{{"path" + parameters}, {"no method of auto finds all light, and none finds more than path"}};

@@ -13,10 +13,10 @@ namespace lightmill::test {
 /// Reads all meters of a document by a method, with 2^level samples per pixel of each of their tiles.
 inline std::vector<MeterReading> read_meters(const TestScene& scene, std::uint32_t level, std::uint64_t seed = 1,
                                              const CompiledScene::ImageDecoder& images = nullptr,
-                                             const std::string& name = "path") {
+                                             const std::string& name = "path", std::uint32_t max_bounces = 0) {
   const auto compiled = CompiledScene::compile(scene.scene(), scene.assets(), images);
   EXPECT_TRUE(compiled.ok()) << message_of(compiled.status());
-  const auto method = make_method(*compiled, {name, seed, 0});
+  const auto method = make_method(*compiled, {name, seed, max_bounces});
   EXPECT_TRUE(method.ok()) << message_of(method.status());
   const auto workspace = (*method)->make_workspace();
   std::vector<MeterReading> readings;

@@ -85,7 +85,8 @@ TestScene TestScene::resized(int width, int height) const {
   return TestScene(std::move(loaded), images_);
 }
 
-HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level, PixelRect rect) const {
+HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level, PixelRect rect,
+                             std::size_t channel) const {
   LM_CHECK(level >= 1);
   if (rect.width == 0) {
     rect = {0, 0, loaded_.scene.film.width, loaded_.scene.film.height};
@@ -98,6 +99,7 @@ HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level
   image.b.resize(image.a.size());
   const double samples_per_half = std::ldexp(1.0, static_cast<int>(level) - 1);
   const TileGrid grid(rect);
+  const std::size_t half_b = NodeLayout(settings.layers).summed + channel;
   for (std::uint32_t i = 0; i < grid.tile_count(); ++i) {
     const PixelRect tile = grid.tile_rect({i});
     const Node node = (*method)->render(tile, {level, 0}, *workspace);
@@ -108,8 +110,8 @@ HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level
       const std::size_t y = tile.y - rect.y + p / tile.width;
       for (std::size_t c = 0; c < 3; ++c) {
         const std::size_t out = (y * rect.width + x) * 3 + c;
-        image.a[out] = node.values[c * pixels + p] / samples_per_half;
-        image.b[out] = node.values[(3 + c) * pixels + p] / samples_per_half;
+        image.a[out] = node.values[(channel + c) * pixels + p] / samples_per_half;
+        image.b[out] = node.values[(half_b + c) * pixels + p] / samples_per_half;
       }
     }
   }

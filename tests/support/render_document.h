@@ -48,8 +48,10 @@ class TestScene {
   /// The same scene with a film of another size.
   TestScene resized(int width, int height) const;
 
-  /// Samples [0, 2^level) of every pixel of `rect`, or of the film if `rect` is empty. level >= 1.
-  HalfImages render(const MethodSettings& settings, std::uint32_t level, PixelRect rect = {}) const;
+  /// Samples [0, 2^level) of every pixel of `rect`, or of the film if `rect` is empty. level >= 1. `channel`: first of
+  /// the three in a node (NodeLayout).
+  HalfImages render(const MethodSettings& settings, std::uint32_t level, PixelRect rect = {},
+                    std::size_t channel = 0) const;
 
  private:
   explicit TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& images = nullptr);

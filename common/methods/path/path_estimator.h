@@ -87,9 +87,9 @@ class PathEstimator : public tracer::EstimatorBase {
   // is the ratio of both densities per length. So the weights of both techniques sum to 1.
   static constexpr bool kScattersInMedia = true;
   template <class Tracer>
-  void scatter_in_medium(Tracer& tracer, const Path& in, const tracer::Passage8& passage, M8 lanes,
+  void scatter_in_medium(Tracer& tracer, const typename Tracer::Path& in, const tracer::Passage8& passage, M8 lanes,
                          std::uint32_t bounce) const {
-    Path out = Tracer::unsplit(in, bounce);
+    typename Tracer::Path out = Tracer::unsplit(in, bounce);
     const HenyeyGreenstein8 phase{scene_.media().anisotropy(passage.medium)};
     const V8 wo = -in.direction;
     out.origin = passage.point;

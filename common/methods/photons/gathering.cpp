@@ -2,38 +2,70 @@
 
 namespace lightmill::photons {
 
+namespace {
+
+/// Up to eight splats of a tile, and the rays from the lens to them.
+struct Splats8 {
+  M8 lanes;
+  U8 number, pixel;
+  F8 weight;
+  V8 lens_point;
+  V8 direction;  ///< unit
+  F8 distance;
+  F8 film_distance2;  ///< square of the film's distance, in pixels
+  F8 apart;           ///< film_distance2 / apart is the solid angle of a unit area across the ray, over a pixel's
+  Photon8 photon;
+};
+
+Splats8 load_splats(const CompiledScene& scene, std::span<const Photon> photons, std::span<const Splat* const> splats,
+                    const PixelRect& tile) {
+  alignas(32) std::uint32_t number[8] = {}, pixel[8] = {};
+  alignas(32) float weight[8] = {}, x[8] = {}, y[8] = {}, z[8] = {};
+  const std::size_t count = std::min<std::size_t>(splats.size(), 8);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Splat& splat = *splats[k];
+    number[k] = splat.photon;
+    pixel[k] = static_cast<std::uint32_t>((splat.y - tile.y) * tile.width + splat.x - tile.x);
+    weight[k] = splat.weight;
+    x[k] = splat.lens_point.x;
+    y[k] = splat.lens_point.y;
+    z[k] = splat.lens_point.z;
+  }
+  Splats8 out;
+  out.lanes = first_lanes(static_cast<int>(count));
+  out.number = U8::load(number);
+  out.pixel = U8::load(pixel);
+  out.weight = F8::load(weight);
+  out.lens_point = {F8::load(x), F8::load(y), F8::load(z)};
+  out.photon = load_photons(photons, out.number, out.lanes);
+  const V8 way = out.photon.point - out.lens_point;
+  out.distance = sqrt(length_squared(way));
+  out.direction = way * (F8(1.0f) / out.distance);
+  const CameraBasis& camera = scene.camera();
+  out.film_distance2 = F8(1.0f / glm::dot(camera.right, camera.right));
+  const F8 cos_film = dot(out.direction, broadcast(camera.forward));
+  out.apart = out.distance * out.distance * cos_film * cos_film * cos_film;
+  return out;
+}
+
+}  // namespace
+
 void for_each_visible_splat(const CompiledScene& scene, const PhotonPass& pass, const PixelRect& tile,
                             std::vector<const Splat*>& splats, RenderCounters& counters,
                             const std::function<void(const VisibleSplat8&)>& take) {
   splats.clear();
   pass.splats.find(tile, splats);
   counters.gathered += splats.size();
-  const CameraBasis& camera = scene.camera();
-  const F8 film_distance2(1.0f / glm::dot(camera.right, camera.right));
   for (std::size_t i = 0; i < splats.size(); i += 8) {
-    alignas(32) std::uint32_t number[8] = {}, pixel[8] = {};
-    alignas(32) float weight[8] = {}, x[8] = {}, y[8] = {}, z[8] = {};
-    const std::size_t count = std::min<std::size_t>(splats.size() - i, 8);
-    for (std::size_t k = 0; k < count; ++k) {
-      const Splat& splat = *splats[i + k];
-      number[k] = splat.photon;
-      pixel[k] = static_cast<std::uint32_t>((splat.y - tile.y) * tile.width + splat.x - tile.x);
-      weight[k] = splat.weight;
-      x[k] = splat.lens_point.x;
-      y[k] = splat.lens_point.y;
-      z[k] = splat.lens_point.z;
-    }
-    const M8 lanes = first_lanes(static_cast<int>(count));
-    const V8 lens_point{F8::load(x), F8::load(y), F8::load(z)};
+    const Splats8 here = load_splats(scene, pass.photons, std::span(splats).subspan(i), tile);
     VisibleSplat8 seen;
-    seen.number = U8::load(number);
-    seen.pixel = U8::load(pixel);
-    seen.photon = load_photons(pass.photons, seen.number, lanes);
-    const V8 way = seen.photon.point - lens_point;
-    seen.distance = sqrt(length_squared(way));
-    seen.direction = way * (F8(1.0f) / seen.distance);
-    const Connection8 connection =
-        connect(scene, lanes, seen.photon, lens_point, seen.direction, seen.distance, scene.camera_media(), counters);
+    seen.number = here.number;
+    seen.pixel = here.pixel;
+    seen.photon = here.photon;
+    seen.distance = here.distance;
+    seen.direction = here.direction;
+    const Connection8 connection = connect(scene, here.lanes, seen.photon, here.lens_point, seen.direction,
+                                           seen.distance, scene.camera_media(), counters);
     seen.arrival = connection.arrival;
     seen.surface = connection.surface;
     seen.cosine = connection.cosine;
@@ -41,11 +73,35 @@ void for_each_visible_splat(const CompiledScene& scene, const PhotonPass& pass, 
     if (seen.lanes.none()) {
       continue;
     }
-    const F8 cos_film = dot(seen.direction, broadcast(camera.forward));
-    const F8 apart = seen.distance * seen.distance * cos_film * cos_film * cos_film;
-    seen.per_power = F8::load(weight) * seen.cosine * film_distance2 / apart;
-    seen.film_pdf_area = seen.cosine * film_distance2 / apart;
+    seen.per_power = here.weight * seen.cosine * here.film_distance2 / here.apart;
+    seen.film_pdf_area = seen.cosine * here.film_distance2 / here.apart;
     take(seen);
+  }
+}
+
+void for_each_visible_scatter(const CompiledScene& scene, const PhotonPass& pass, const PixelRect& tile,
+                              std::vector<const Splat*>& splats, RenderCounters& counters,
+                              const std::function<void(const VisibleScatter8&)>& take) {
+  splats.clear();
+  pass.media_splats.find(tile, splats);
+  counters.gathered += splats.size();
+  const MediumTable& table = scene.media();
+  for (std::size_t i = 0; i < splats.size(); i += 8) {
+    const Splats8 here = load_splats(scene, pass.in_media, std::span(splats).subspan(i), tile);
+    const Arrival8 arrival = trace_transmittance(scene, here.lanes, {here.lens_point, here.direction, here.distance},
+                                                 scene.camera_media(), {}, kNoGeometry, counters);
+    VisibleScatter8 seen;
+    seen.lanes = and_not(here.lanes, arrival.hits.hit | (here.distance < F8(pass.near)));
+    seen.pixel = here.pixel;
+    seen.photon = here.photon;
+    const U8 medium = here.photon.primitive;
+    const HenyeyGreenstein8 phase{table.anisotropy(medium)};
+    seen.power = here.photon.power * table.scattering(medium) * arrival.transmittance;
+    seen.value = seen.power * (phase.pdf_solid_angle(-here.direction, here.photon.wi) * here.weight *
+                               here.film_distance2 / here.apart);
+    if (seen.lanes.any()) {
+      take(seen);
+    }
   }
 }
 
@@ -71,30 +127,20 @@ GatherDiscs::GatherDiscs(const tracer::Wavefront& wavefront, const PhotonPass& p
       radius_(radius),
       surface_(vertex.surface),
       most_scatterings_(wavefront.max_bounces() - vertex.bounce + 1) {
-  alignas(32) std::uint32_t counts[8];
-  for (std::size_t lane = 0; lane < 8; ++lane) {
-    counts[lane] = static_cast<std::uint32_t>(found[lane].size());
-  }
-  counts_ = U8::load(counts);
+  counts_ = counts_of(found);
   if (wavefront.scene().features().opacity) {
     // Photons stop with the probability of the opacity, and so do camera paths. Without this factor the opacity would
     // count twice.
     const M8 lanes = signed_less(U8(0u), counts_);
     opacity_ = select(lanes, wavefront.scene().materials().opacity(surface_, lanes), F8(1.0f));
   }
-  size_ = *std::ranges::max_element(counts);
+  size_ = most_of(found);
 }
 
 GatherDiscs::Term8 GatherDiscs::term(std::uint32_t k) const {
   constexpr float kMinCosine = 0.8f, kMaxHeight = 0.25f;  ///< between normals; in radii
-  alignas(32) std::uint32_t numbers[8] = {};
-  for (std::size_t lane = 0; lane < 8; ++lane) {
-    if (k < found_[lane].size()) {
-      numbers[lane] = found_[lane][k];
-    }
-  }
   Term8 term;
-  term.number = U8::load(numbers);
+  term.number = numbers_of(found_, k);
   const M8 there = signed_less(U8(k), counts_);
   term.photon = load_photons(pass_.photons, term.number, there);
   const V8 off = term.photon.point - surface_.point;

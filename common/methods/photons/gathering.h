@@ -47,6 +47,26 @@ void find_photons(const Map& map, const V8& point, F8 radius, M8 lanes, FoundPho
   counters.gathers += static_cast<std::uint64_t>(lanes.count());
 }
 
+/// The counts of found photons, and the largest.
+inline U8 counts_of(const FoundPhotons& found) {
+  alignas(32) std::uint32_t counts[8];
+  std::ranges::transform(found, counts, [](const auto& numbers) { return static_cast<std::uint32_t>(numbers.size()); });
+  return U8::load(counts);
+}
+inline std::uint32_t most_of(const FoundPhotons& found) {
+  std::size_t most = 0;
+  for (const auto& numbers : found) {
+    most = std::max(most, numbers.size());
+  }
+  return static_cast<std::uint32_t>(most);
+}
+/// Number k of each lane's photons, or 0.
+inline U8 numbers_of(const FoundPhotons& found, std::uint32_t k) {
+  alignas(32) std::uint32_t numbers[8];
+  std::ranges::transform(found, numbers, [&](const auto& each) { return k < each.size() ? each[k] : 0u; });
+  return U8::load(numbers);
+}
+
 /// Photons on discs around vertices, one per lane and term. Normals, and heights above the disc, exclude photons of
 /// other surfaces near by.
 class GatherDiscs {
@@ -127,8 +147,8 @@ void add_visible_photons(tracer::Wavefront& wavefront, const PhotonPass& pass, s
 /// Adds the photons that crossed the tile's meter, and the differences between its columns.
 void finish_meter(tracer::Wavefront& wavefront, const PhotonPass& pass, MeterColumns& columns);
 
-/// State of camera paths that gather photons at the first receiver, which is the first surface that is no caster
-/// (MaterialTable::casters).
+/// State of camera paths that gather photons at the first receiver. This is the first surface that is no caster
+/// (MaterialTable::casters), or the first point where a medium scatters the path.
 struct GatherPayload {
   U8 chain;        ///< kFromCamera, kFromReceiver or kOverCasters
   F8 path_length;  ///< from the camera to the origin
@@ -151,7 +171,6 @@ class GatherEstimator : public path::PathEstimator {
   using Path = GatherPath8;
   using Workspace = PhotonWorkspace<Path>;
   using Shared = GatherPasses;
-  static constexpr bool kScattersInMedia = false;
 
   GatherEstimator(const CompiledScene& scene, const GatherPasses& passes, std::uint64_t sample, std::uint64_t end,
                   Workspace& ws)
@@ -191,6 +210,66 @@ class GatherEstimator : public path::PathEstimator {
     }
   }
 
+  /// Adds the light of the photons near points of the first receiver in media: the sum of phase function · power / (4/3
+  /// π radius³) (Jensen and Christensen 1998, "Efficient Simulation of Light Transport in Scenes with Participating
+  /// Media using Photon Maps", eq. 7).
+  void gather_in_media(tracer::Wavefront& wavefront, const Path& in, const tracer::Passage8& passage, M8 lanes,
+                       std::uint32_t bounce) {
+    lanes = lanes & (in.chain == U8(kFromCamera));
+    if (lanes.none() || pass_->scattered.empty()) {
+      return;
+    }
+    const V8 extinction = scene_.media().extinction(passage.medium);
+    const F8 radius =
+        pass_->media_radius(path_length(in, passage), (extinction.x + extinction.y + extinction.z) * F8(1.0f / 3));
+    find_photons(pass_->scattered, passage.point, radius, lanes, ws_.found, ws_.counters);
+    const HenyeyGreenstein8 phase{scene_.media().anisotropy(passage.medium)};
+    const F8 half = radius * F8(0.5f);
+    const F8 per_volume = F8(3 * kInvPi / 4) / (radius * radius * radius * share_inside(in, passage, radius));
+    const U8 counts = counts_of(ws_.found), most_scatterings(wavefront.max_bounces() - bounce + 1);
+    V8 sum, beyond_half;
+    const std::uint32_t size = most_of(ws_.found);
+    for (std::uint32_t k = 0; k < size; ++k) {
+      const U8 number = numbers_of(ws_.found, k);
+      const M8 there = signed_less(U8(k), counts);
+      const Photon8 photon = load_photons(pass_->in_media, number, there);
+      const M8 valid = there & (photon.primitive == passage.medium) & signed_less(photon.scatterings, most_scatterings);
+      const V8 value =
+          masked(valid, in.throughput * photon.power * (phase.pdf_solid_angle(-in.direction, photon.wi) * per_volume));
+      // The ball of half the radius has an eighth of the volume.
+      const M8 inside = length_squared(photon.point - passage.point) < half * half;
+      beyond_half = beyond_half + select(inside, value * F8(-7.0f), value);
+      if (wavefront.meter() != nullptr) {
+        ws_.meter_columns.add(*pass_, pass_->in_media, valid, number, value);
+      }
+      if (wavefront.channels().separates_lights()) {
+        wavefront.add_photons(valid, in.slot, value, photon.group);
+      } else {
+        sum = sum + value;
+      }
+    }
+    if (size > 0 && !wavefront.channels().separates_lights()) {
+      wavefront.add_photons(lanes, in.slot, sum, U8(0u));
+    }
+    if (size > 0 && wavefront.channels().bias >= 0) {
+      wavefront.add_to_layer(wavefront.channels().bias, lanes, in.slot, beyond_half);
+    }
+  }
+
+  /// The share of a ball around the point that lies in the medium. Paths from the camera enter it by a surface. This is
+  /// taken as flat, and its normal as 30° off the path, which refraction turns towards it.
+  static F8 share_inside(const Path& in, const tracer::Passage8& passage, F8 radius) {
+    constexpr float kCosine = 0.87f;
+    const F8 way = sqrt(length_squared(passage.point - passage.origin));
+    const F8 u = min(way * F8(kCosine) / radius, F8(1.0f));
+    const M8 from_lens = (in.path_length == F8(0.0f)) & (passage.before == F8(0.0f));
+    return select(from_lens, F8(1.0f), (F8(2.0f) + F8(3.0f) * u - u * u * u) * F8(0.25f));
+  }
+
+  static F8 path_length(const Path& in, const tracer::Passage8& passage) {
+    return in.path_length + sqrt(length_squared(passage.point - in.origin));
+  }
+
   std::shared_ptr<const GatherPass> pass_;
   Workspace& ws_;
 
@@ -214,7 +293,7 @@ class GatherEstimator : public path::PathEstimator {
         [](const GatherDiscs::Term8& /*term*/, const V8& /*wi*/, const V8& value) { return value; },
         [&](const GatherDiscs::Term8& term, const V8& value) {
           if (wavefront.meter() != nullptr) {
-            ws_.meter_columns.add(*pass_, term.valid, term.number, in.throughput * value);
+            ws_.meter_columns.add(*pass_, pass_->photons, term.valid, term.number, in.throughput * value);
           }
           if (wavefront.channels().separates_lights()) {
             wavefront.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);

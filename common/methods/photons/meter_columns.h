@@ -17,14 +17,14 @@ namespace lightmill::photons {
 /// What the photons of each column bring to the pixels of a meter in one sample.
 class MeterColumns {
  public:
-  /// Adds light of these photons of the pass.
-  void add(const PhotonPass& pass, M8 lanes, U8 numbers, const V8& value) {
+  /// Adds light of the photons with these numbers in `photons`, which are some of the pass.
+  void add(const PhotonPass& pass, std::span<const Photon> photons, M8 lanes, U8 numbers, const V8& value) {
     alignas(32) std::uint32_t number[8];
     numbers.store(number);
     const VectorLanes values(value);
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
-      brought_.at(meter_column(pass.photons[number[lane]].path, pass.plan.photons)) += Vec3d(values[lane]);
+      brought_.at(meter_column(photons[number[lane]].path, pass.plan.photons)) += Vec3d(values[lane]);
     }
   }
   /// Adds the differences to the pixels, and starts the next sample.

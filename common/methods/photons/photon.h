@@ -1,4 +1,4 @@
-// Photon stored at a surface.
+// Photon stored at a surface or in a medium.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,13 @@
 
 namespace lightmill::photons {
 
-/// A photon at a surface: one row of sixteen words.
+/// A photon at a surface, or where a medium scatters it: one row of sixteen words.
 struct Photon {
   Vec3 point{0};
   Vec3 wi{0};      ///< unit, towards its origin
-  Vec3 power{0};   ///< power that it carries, as a share of all light
-  Vec3 normal{0};  ///< geometric, oriented as the shape
-  std::uint32_t geometry = 0, primitive = 0;
+  Vec3 power{0};   ///< power that it carries, as a share of all light. In a medium, times the mean free path there
+  Vec3 normal{0};  ///< geometric, oriented as the shape. In a medium 0
+  std::uint32_t geometry = 0, primitive = 0;  ///< in a medium, `primitive` is the medium
   std::uint32_t tag = 0;        ///< light group from bit kTagGroupShift on; below, scatterings including this one
   std::uint32_t first : 1 = 0;  ///< it has met nothing or only casters before
   std::uint32_t path : 31 = 0;  ///< number of its path in the pass

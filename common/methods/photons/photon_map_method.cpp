@@ -14,7 +14,6 @@
 // Weaknesses
 //   - Lights, and anything in or behind mirrors and glass, are not shown.
 //   - More samples show the same photons.
-//   - Scattering media are refused.
 //
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method photon-map:caustic --spp 1 -o photons.exr
@@ -32,6 +31,7 @@ class PhotonMapShader {
   PhotonMapShader(const CompiledScene& scene, const MethodSettings& settings, const MethodSpec& spec) : scene_(&scene) {
     photons::PhotonKind kind = spec.caustic ? photons::kCausticPhotons : photons::kGlobalPhotons;
     kind.splats = true;
+    kind.gathers_near = false;
     passes_ = std::make_shared<const photons::GatherPasses>(scene, photons::pass_settings(settings, spec, kind));
   }
 
@@ -39,7 +39,7 @@ class PhotonMapShader {
 
   void add(const PixelRect& tile, float* planes, Workspace& workspace) const {
     const auto pass = passes_->pass(0, 1, workspace);
-    if (pass == nullptr || pass->photons.empty()) {
+    if (pass == nullptr || pass->stored() == 0) {
       return;
     }
     const double photons = std::max<std::uint32_t>(pass->started, 1);
@@ -47,19 +47,24 @@ class PhotonMapShader {
     const F8 per_power(1 / mean_power);
     const std::size_t pixels = static_cast<std::size_t>(tile.pixel_count());
     std::vector<const photons::Splat*> splats;
-    photons::for_each_visible_splat(
-        *scene_, *pass, tile, splats, workspace.counters, [&](const photons::VisibleSplat8& splat) {
-          const VectorLanes colors(splat.photon.power * splat.arrival.transmittance * per_power);
-          alignas(32) std::uint32_t pixel[8];
-          splat.pixel.store(pixel);
-          for (auto bits = static_cast<unsigned>(splat.lanes.bits()); bits != 0; bits &= bits - 1) {
-            const int lane = std::countr_zero(bits);
-            for (int channel = 0; channel < 3; ++channel) {
-              planes[static_cast<std::size_t>(channel) * pixels + pixel[lane]] +=
-                  static_cast<float>(colors[lane][channel]);
-            }
-          }
-        });
+    const auto draw = [&](M8 lanes, U8 at, const V8& power) {
+      const VectorLanes colors(power * per_power);
+      alignas(32) std::uint32_t pixel[8];
+      at.store(pixel);
+      for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+        const int lane = std::countr_zero(bits);
+        for (int channel = 0; channel < 3; ++channel) {
+          planes[static_cast<std::size_t>(channel) * pixels + pixel[lane]] += static_cast<float>(colors[lane][channel]);
+        }
+      }
+    };
+    photons::for_each_visible_splat(*scene_, *pass, tile, splats, workspace.counters,
+                                    [&](const photons::VisibleSplat8& splat) {
+                                      draw(splat.lanes, splat.pixel, splat.photon.power * splat.arrival.transmittance);
+                                    });
+    photons::for_each_visible_scatter(
+        *scene_, *pass, tile, splats, workspace.counters,
+        [&](const photons::VisibleScatter8& seen) { draw(seen.lanes, seen.pixel, seen.power); });
   }
 
  private:

@@ -16,6 +16,7 @@ struct PhotonKind {
   double radius;                    ///< gather radius of the first pass, in pixels, by default
   float meter_radius;               ///< of point meters, in gather radii
   bool splats;                      ///< photons that the camera sees directly are drawn into pixels
+  bool gathers_near;                ///< but not those in media near the camera (PhotonPass::near)
 };
 
 /// Emission of photons, for all passes of a scene. Photons start at all lights that next-event estimation samples.
@@ -33,7 +34,9 @@ struct PhotonPassPlan {
   std::uint32_t photons = 0;
   std::uint32_t seed = 0;  ///< the pass's
   std::uint32_t max_bounces = 0;
-  float radius_per_length = 0;  ///< gather radius over the length of the camera path
+  float radius_per_length = 0;        ///< gather radius over the length of the camera path
+  float media_radius_per_length = 0;  ///< the same in media
+  float media_free_paths = 0;         ///< limit of the radius in media, in mean free paths
 
   /// Radius of the disc of a point meter.
   float meter_radius(const CompiledScene& scene, const CompiledMeter& meter) const;
@@ -62,10 +65,15 @@ struct MeterHit {
 struct PhotonPass {
   PhotonPassPlan plan;
   std::vector<Photon> photons;
+  std::vector<Photon> in_media;  ///< photons where media scatter them
+  /// Photons in media that are nearer to the camera are gathered, and the others are drawn into pixels. A drawn photon
+  /// counts by the inverse square of its distance, which has no limit.
+  float near = 0;
   std::vector<std::vector<MeterHit>> meters;  ///< one entry per meter of the scene
-  FilmSplats splats;
+  FilmSplats splats, media_splats;
   Vec3d power{0};             ///< sum over the photons, as they start
   std::uint32_t started = 0;  ///< photons with power above 0
+  std::size_t stored() const { return photons.size() + in_media.size(); }
   std::uint64_t bytes() const;
 };
 

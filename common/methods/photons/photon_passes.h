@@ -22,6 +22,10 @@ PhotonPassSettings pass_settings(const MethodSettings& settings, const MethodSpe
 double default_radius(const CompiledScene& scene, const PhotonKind& kind);
 /// Proportional to the film's pixels, within limits.
 std::uint32_t default_photons(const CompiledScene& scene, const PhotonKind& kind);
+/// Gather radius in media over that on surfaces, in the first pass: fewer photons are near a point of a volume.
+inline constexpr float kMediaRadius = 4;
+/// Limit of this radius in the first pass, in mean free paths. Light in media changes over that length.
+inline constexpr float kMediaFreePaths = 0.5;
 /// Limit of a pass's mean number of stored photons. In closed rooms that absorb almost no light, fewer photons start,
 /// so that each is still followed to its end.
 inline constexpr std::uint32_t kMaxStored = 1u << 20;
@@ -45,7 +49,7 @@ class PhotonPasses {
           Pass pass;
           pass.plan = plan;
           pass.trace(scene_, source_, counters, {});
-          return pass.photons.size();
+          return pass.stored();
         })) {}
 
   /// No light emits photons. Camera paths find all light.
@@ -71,11 +75,13 @@ class PhotonPasses {
     }
     counters.photons += pass->plan.photons;
     counters.photon_rays += own.closest_hit_rays;
-    counters.stored_photons += pass->photons.size();
-    if (!pass->photons.empty()) {
+    counters.stored_photons += pass->stored();
+    if (pass->stored() > 0) {
       pass->index(scene_);
       if (pass->plan.kind.splats) {
+        constexpr std::uint32_t kMediaSalt = 0x6d656469u;
         pass->splats = FilmSplats(scene_, pass->photons, pass->plan.seed);
+        pass->media_splats = FilmSplats(scene_, pass->in_media, pass->plan.seed ^ kMediaSalt);
       }
     }
     return pass;

@@ -3,8 +3,9 @@
 namespace lightmill::photons {
 namespace {
 
-/// Adds the media at the point where each light starts. `off`: distance from its centre along its axis, in sizes of the
-/// light.
+/// Adds the media at the point where each light starts, as seen from the camera. So photons are in the media in which
+/// camera paths arrive there, even if a shape is open, like a room whose front is a window to its fog. `off`: distance
+/// from its centre along its axis, in sizes of the light.
 template <class Lights>
 void add_media(const CompiledScene& scene, const Lights& lights, double off, PhotonSource& source) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -13,7 +14,9 @@ void add_media(const CompiledScene& scene, const Lights& lights, double off, Pho
     const double size = glm::length(b.high - b.low);
     const double rounding = size > 0 ? 1e-5 * glm::length(middle) : 0.0;
     alignas(32) std::uint32_t low[8], high[8];
-    const Media8 media = scene.media_at(Vec3(middle + b.axis * (off * size + rounding)), Vec3(b.axis));
+    const Vec3d start = middle + b.axis * (off * size + rounding), way = Vec3d(scene.camera().position) - start;
+    const double distance = glm::length(way);
+    const Media8 media = scene.media_at(Vec3(start), Vec3(distance > 0 ? way / distance : b.axis));
     media.low.store(low);
     media.high.store(high);
     source.media_low.push_back(low[0]);

@@ -1,11 +1,13 @@
-// Photon tracer: traces the photons of one pass from lights to the surfaces that store them, eight at a time, bounce by
-// bounce. It is compiled once per kind of paths.
+// Photon tracer: traces the photons of one pass from lights to the surfaces and media that store them, eight at a time,
+// bounce by bounce. It is compiled once per kind of paths.
 #pragma once
 
+#include "common/materials/henyey_greenstein.h"
 #include "common/methods/method.h"
 #include "common/methods/photons/photon_pass.h"
 #include "common/methods/shading_frame.h"
 #include "common/methods/surface_bsdf.h"
+#include "common/methods/tracer/free_flight.h"
 #include "common/methods/tracer/lane_queue.h"
 #include "common/methods/tracer/sample_plan.h"
 #include "common/methods/transmittance.h"
@@ -25,7 +27,8 @@ struct PhotonPath8 {
   Media8 media;
 };
 
-/// Surfaces that a photon has met since its start: none, only casters, or others too.
+/// What a photon has met since its start: nothing, only casters, or receivers too. Receivers are other surfaces, and
+/// media that scattered it.
 inline constexpr std::uint32_t kNothing = 0, kCasters = 1, kReceivers = 2;
 
 /// Eight photons at surfaces.
@@ -45,6 +48,7 @@ struct PhotonVertex8 : ShadingFrame8 {
 struct PhotonPaths {
   using Path = PhotonPath8;
   static constexpr bool kStoresAtCasters = false;
+  static constexpr bool kScattersInMedia = true;
   bool caustic;  ///< PhotonKind::caustic
 
   /// Photons start. Returns the lanes that do.
@@ -143,13 +147,14 @@ class PhotonTracer {
         scene_.features().opacity
             ? Passing8::decided_by(tracer::decide(photon.index, U8(plan_.seed), number, opacity_decision(number)).u)
             : Passing8{};
-    const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, passing, kNoGeometry, counters_);
+    const M8 counted = paths_.counted(photon, lanes);
+    Flight8 flight;
+    Arrival8 arrival = fly(photon, lanes, counted, rays, passing, number, flight);
     std::optional<F8> part;
     if (scene_.features().mixtures) {
       part = tracer::decide(photon.index, U8(plan_.seed), number, mixture_decision(number)).u;
     }
     const Surface8 surface = scene_.surface(arrival.rays, arrival.hits, part);
-    const M8 counted = paths_.counted(photon, lanes);
     if (!out_.meters.empty()) {
       const F8 length =
           select(arrival.hits.hit, dot(surface.point - photon.origin, photon.direction), rays.max_distance);
@@ -158,12 +163,16 @@ class PhotonTracer {
     if (number > plan_.max_bounces) {
       return;
     }
+    if (flight.scattered.any()) {
+      scatter_in_media(photon, flight, number);
+      arrival.hits.hit = and_not(arrival.hits.hit, flight.scattered);
+    }
     const M8 casters = scene_.materials().casters(surface.material, arrival.hits.hit);
     const M8 scattered = casters | (arrival.hits.hit & counted);
     if (scattered.none()) {
       return;
     }
-    photon.power = photon.power * arrival.transmittance;
+    photon.power = flight.power;
     photon.tag = photon.tag + U8(1u);
     photon.media = arrival.media;
     Vertex8 vertex{ShadingFrame8(surface),
@@ -181,6 +190,101 @@ class PhotonTracer {
       scatter_images(vertex, wi, scattered);
     } else {
       scatter_from(vertex, wi, scattered);
+    }
+  }
+
+  /// The way of photons to their next vertices.
+  struct Flight8 {
+    V8 power;      ///< that arrives
+    M8 scattered;  ///< lanes that media scatter on the way
+    V8 point;      ///< where they do
+    V8 collision;  ///< the photon's power there, times the mean free path
+    U8 medium;
+    Media8 media;
+  };
+
+  /// Follows photons to the next surface. Media scatter the lanes of `counted` on the way. Other lanes are only
+  /// attenuated, because camera paths find the light that media scatter out of them.
+  Arrival8 fly(const Path& photon, M8 lanes, M8 counted, const Ray8& rays, const Passing8& passing,
+               std::uint32_t number, Flight8& flight) {
+    if constexpr (Paths::kScattersInMedia) {
+      if (scene_.features().media && scene_.media().scatters()) {
+        flight.power = photon.power;
+        const Arrival8 arrival = trace_transmittance(
+            scene_, lanes, rays, photon.media, passing, kNoGeometry, counters_,
+            [&](M8 active, const MediaSegment8& segment) { pass(photon, active, counted, segment, number, flight); });
+        const V8& left = arrival.transmittance;
+        flight.power = select(left.x == left.x, flight.power, left);  // unknown media
+        return arrival;
+      }
+    }
+    const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, passing, kNoGeometry, counters_);
+    flight.power = photon.power * arrival.transmittance;
+    return arrival;
+  }
+
+  /// Lets photons pass a segment, or be scattered on it. They carry flight.power to its start.
+  void pass(const Path& photon, M8 lanes, M8 counted, const MediaSegment8& segment, std::uint32_t number,
+            Flight8& flight) const {
+    const MediumTable& table = scene_.media();
+    const U8 medium = table.current(segment.media);
+    const V8 extinction = table.extinction(medium), scattering = table.scattering(medium);
+    const V8 left = MediumTable::transmittance(extinction, segment.length);
+    lanes = and_not(lanes, flight.scattered);
+    M8 may = lanes & counted & (max_component(scattering) > F8(0.0f));
+    if (number > plan_.max_bounces) {
+      may = M8();
+    }
+    const Pair8 u =
+        hashed_pair(photon.index, decision_seed(U8(plan_.seed), tracer::medium_decision(number, segment.passed)));
+    const tracer::FreeFlight8 free =
+        tracer::sample_free_flight(flight.power, may, extinction, scattering, segment.length, left, u);
+    const M8 event = free.event & free.alive;
+    flight.scattered = flight.scattered | event;
+    flight.point = select(event, segment.origin + photon.direction * free.distance, flight.point);
+    flight.collision = select(event, flight.power * free.until * (F8(1.0f) / free.pdf), flight.collision);
+    flight.medium = select(event, medium, flight.medium);
+    flight.media = select(event, segment.media, flight.media);
+    flight.power = select(lanes, flight.power * select(may & free.alive, free.weight, left), flight.power);
+  }
+
+  /// Stores photons where media scatter them, and continues their paths.
+  void scatter_in_media(const Path& photon, const Flight8& flight, std::uint32_t number) {
+    M8 lanes = flight.scattered;
+    Path out = photon;
+    out.tag = photon.tag + U8(1u);
+    store_in_media(out, flight, lanes);
+    const HenyeyGreenstein8 phase{scene_.media().anisotropy(flight.medium)};
+    out.origin = flight.point;
+    out.direction = phase.sample(-photon.direction,
+                                 tracer::decide(photon.index, U8(plan_.seed), number, tracer::bsdf_decision(number)));
+    out.power = flight.power;
+    out.media = flight.media;
+    out.met = U8(kReceivers);
+    const F8 survival = max_component(out.power) * out.scale;
+    lanes = tracer::roulette(lanes & (survival > F8(0.0f)), survival, out.index, U8(plan_.seed), number, out.power);
+    if (lanes.any()) {
+      next_.push(lanes, out);
+    }
+  }
+
+  void store_in_media(const Path& photon, const Flight8& flight, M8 lanes) {
+    const VectorLanes point(flight.point), wi(-photon.direction), power(flight.collision);
+    alignas(32) std::uint32_t medium[8], tag[8], met[8], path[8];
+    flight.medium.store(medium);
+    photon.tag.store(tag);
+    photon.met.store(met);
+    photon.index.store(path);
+    for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+      const int i = std::countr_zero(bits);
+      const bool first = met[i] != kReceivers;
+      out_.in_media.push_back({.point = point[i],
+                               .wi = wi[i],
+                               .power = power[i],
+                               .primitive = medium[i],
+                               .tag = tag[i],
+                               .first = first,
+                               .path = path[i]});
     }
   }
 

@@ -60,4 +60,18 @@ void for_each_visible_splat(const CompiledScene& scene, const PhotonPass& pass, 
                             std::vector<const Splat*>& splats, RenderCounters& counters,
                             const std::function<void(const VisibleSplat8&)>& take);
 
+/// Eight photons in media, seen from the camera.
+struct VisibleScatter8 {
+  M8 lanes;  ///< visible photons
+  U8 pixel;  ///< pixel of the tile, row by row
+  Photon8 photon;
+  V8 power;  ///< scattered power, attenuated on the way to the camera
+  V8 value;  ///< contribution to the pixel
+};
+
+/// The same for photons in media. They have no area, so no cosine appears.
+void for_each_visible_scatter(const CompiledScene& scene, const PhotonPass& pass, const PixelRect& tile,
+                              std::vector<const Splat*>& splats, RenderCounters& counters,
+                              const std::function<void(const VisibleScatter8&)>& take);
+
 }  // namespace lightmill::photons

@@ -1,7 +1,7 @@
 // `ppm`: progressive photon mapping (Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach").
 //
-// Photons bring all light that receivers get, direct light included. Camera paths follow casters, and the delta lobes
-// of receivers, to the first receiver. There a density estimate gathers photons within a radius that shrinks from pass
+// Photons bring all light that receivers get, direct light included. Receivers are surfaces, and points in media that
+// scatter. Camera paths follow casters, and the delta lobes of receivers, to the first receiver. There a density estimate gathers photons within a radius that shrinks from pass
 // to pass. One sample takes one photon pass.
 //
 // The picture depends on next-event estimation only at rough casters and shadow catchers, so `ppm` checks the other
@@ -17,7 +17,6 @@
 // Weaknesses
 //   - Edges and small shadows are blurred, more than by any other method.
 //   - The error falls slowly, as samples^(-2/3).
-//   - Scattering media are refused.
 //
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method ppm --spp 256 -o balls.exr
@@ -32,6 +31,7 @@ class PpmEstimator : public photons::GatherEstimator {
  public:
   using GatherEstimator::GatherEstimator;
   static constexpr bool kPhotonsReachMeters = true;
+  static constexpr bool kSamplesLightsInMedia = false;
 
   template <class Tracer, class Bsdf>
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
@@ -48,6 +48,13 @@ class PpmEstimator : public photons::GatherEstimator {
     tracer.sample_bsdf(vertex, bsdf, wo, lanes, [&](const BsdfSample8& sample, Path& out, M8 there) {
       return scatter_delta(vertex, sample, out, there);
     });
+  }
+
+  // The path ends in the medium.
+  template <class Tracer>
+  void scatter_in_medium(Tracer& tracer, const Path& in, const tracer::Passage8& passage, M8 lanes,
+                         std::uint32_t bounce) {
+    gather_in_media(tracer, in, passage, lanes, bounce);
   }
 
   static M8 scatter_delta(const Vertex& vertex, const BsdfSample8& sample, Path& out, M8 lanes) {

@@ -169,9 +169,9 @@ Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
 }
 
 Status check_method_media(std::string_view method, bool scattering) {
-  return !follows_photons(method) || !scattering
+  return method != "vcm" || !scattering
              ? ok_status()
-             : invalid_argument("{} does not support scattering media, but path does", method);
+             : invalid_argument("{} does not support scattering media, but path and caustic do", method);
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {

@@ -20,6 +20,8 @@ struct EstimatorBase {
   static constexpr bool kPhotonsReachMeters = false;
   /// The estimator has scatter_in_medium(tracer, in, passage, lanes, bounce).
   static constexpr bool kScattersInMedia = false;
+  /// Next-event estimation in media. Else photons bring their light.
+  static constexpr bool kSamplesLightsInMedia = true;
 
   /// Colours of textures are averaged over the footprints of paths.
   static constexpr bool kAveragesTextures = true;

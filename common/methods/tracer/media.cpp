@@ -1,6 +1,6 @@
 // Segments of paths and shadow rays in media: absorption, sampled distances, and boundaries that do not stop light.
 #include "common/materials/henyey_greenstein.h"
-#include "common/methods/tracer/drawn_channel.h"
+#include "common/methods/tracer/free_flight.h"
 #include "common/methods/tracer/inscattering.h"
 #include "common/methods/tracer/power_heuristic.h"
 #include "common/methods/tracer/wavefront.h"
@@ -29,10 +29,6 @@ V8 offset_behind(const Surface8& surface) {
 
 /// Multiplies the throughput by the transmittance of the segment. In media that scatter it samples a distance, and
 /// returns the lanes that scatter before its end, with their distances.
-///
-/// A channel is drawn by its share of the throughput, and its density draws the distance. The weight divides by the
-/// mean density of the three channels (one-sample multiple importance sampling with the balance heuristic, Veach 1997,
-/// 9.2.4). So the sum of the channels never grows.
 M8 Wavefront::sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F8& scattered_at, F8& density_ratio,
                               Inscattered8& inscattered) const {
   const MediumTable& table = scene_.media();
@@ -47,19 +43,10 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F
   }
   const Pair8 u =
       hashed_pair(paths.index, decision_seed(paths.pixel_seed, medium_decision(segment.bounce, segment.passed)));
-  const V8& t = paths.throughput;
-  const F8 total = t.x + t.y + t.z;
-  const M8 alive = total > F8(0.0f);
-  const V8 share = t * select(alive, F8(1.0f) / total, F8(0.0f));
-  const F8 sigma = drawn_channel(extinction, share, u.u);
-  const F8 infinity(std::numeric_limits<float>::infinity());
-  const F8 distance = select(sigma > F8(0.0f), -log(F8(1.0f) - u.v) / sigma, infinity);
-  const M8 event = scatters & (distance < length);
-  const V8 until = MediumTable::transmittance(extinction, distance);
-  const F8 pdf = dot(share, extinction * until);
-  const F8 survival = dot(share, left);
-  const V8 weight = select(event, scattering * until * (F8(1.0f) / pdf), left * (F8(1.0f) / survival));
-  if (const M8 lit = scatters & alive & continues(paths); segment.bounce < max_bounces_) {
+  const FreeFlight8 flight = sample_free_flight(paths.throughput, scatters, extinction, scattering, length, left, u);
+  const F8 distance = flight.distance;
+  const M8 event = flight.event;
+  if (const M8 lit = scatters & flight.alive & continues(paths); segment.samples_lights) {
     const V8 scattered = paths.throughput * scattering;
     M8 apart = lit;
     if (segment.bounce > 0) {
@@ -69,16 +56,17 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, const Segment8& segment, F
     }
     density_ratio = select(event, F8(1.0f), density_ratio);
     if (apart.any()) {
-      const F8 other_pdf = choose_apart(paths, apart, segment, share, extinction, scattered, distance, inscattered);
-      density_ratio = select(event & apart, other_pdf / pdf, density_ratio);
+      const F8 other_pdf =
+          choose_apart(paths, apart, segment, flight.share, extinction, scattered, distance, inscattered);
+      density_ratio = select(event & apart, other_pdf / flight.pdf, density_ratio);
     }
     if (const M8 same = and_not(lit & event, apart); same.any()) {
-      const V8 throughput = paths.throughput * weight;
+      const V8 throughput = paths.throughput * flight.weight;
       const F8 sum = throughput.x + throughput.y + throughput.z;
       keep(paths, same, segment, {distance, throughput * (F8(1.0f) / sum), F8(1.0f)}, sum, inscattered);
     }
   }
-  paths.throughput = select(scatters & alive, paths.throughput * weight, paths.throughput);
+  paths.throughput = select(scatters & flight.alive, paths.throughput * flight.weight, paths.throughput);
   const M8 absorbs = and_not(lanes, scatters);
   paths.throughput = select(absorbs, paths.throughput * left, paths.throughput);
   scattered_at = select(event, distance, scattered_at);
@@ -144,7 +132,7 @@ void Wavefront::add_inscattered(const Path8& paths, const Inscattered8& inscatte
 /// medium scatters them. `hits` becomes what they reach. A step off a boundary moves a path off its line, by more than
 /// the offset at the next surface. So surfaces are computed from the last segment alone.
 Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& passing, std::uint32_t bounce,
-                               const AddEmission& add_emission) {
+                               bool samples_lights, const AddEmission& add_emission) {
   const MediumTable& table = scene_.media();
   Passage8 passage;
   passage.origin = paths.origin;
@@ -158,8 +146,9 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& pas
     }
     const F8 length = select(hits.hit, hits.distance + skipped, F8(std::numeric_limits<float>::infinity()));
     F8 scattered_at(0.0f);
-    const Segment8 segment{passage.origin - paths.direction * skipped, length, table.current(paths.media), bounce,
-                           passed};
+    const Segment8 segment{
+        passage.origin - paths.direction * skipped, length, table.current(paths.media), bounce, passed,
+        samples_lights && bounce < max_bounces_};
     const M8 scattered = sample_distance(paths, active, segment, scattered_at, passage.density_ratio, inscattered);
     passage.medium = select(scattered, segment.medium, passage.medium);
     passage.scattered = passage.scattered | scattered;

@@ -155,7 +155,8 @@ class Tracer : public Wavefront {
     }
     Path there = in;
     const auto add = [&](const Hit8& passed, const Surface8& surface) { add_emission(there, passed, surface, bounce); };
-    const Passage8 passage = pass_media(there, lanes, hits, passing, bounce, std::cref(add));
+    const Passage8 passage =
+        pass_media(there, lanes, hits, passing, bounce, Estimator::kSamplesLightsInMedia, std::cref(add));
     if constexpr (Estimator::kScattersInMedia) {
       if (passage.scattered.any() && bounce < max_bounces_) {
         estimator_.scatter_in_medium(*this, there, passage, passage.scattered & continues(in), bounce);

@@ -81,7 +81,8 @@ class Wavefront {
  protected:
   /// Adds the emission of boundaries that do not stop the paths.
   using AddEmission = std::function<void(const Hit8& hits, const Surface8& surface)>;
-  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& passing, std::uint32_t bounce,
+  /// `samples_lights`: next-event estimation in the media.
+  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& passing, std::uint32_t bounce, bool samples_lights,
                       const AddEmission& add_emission);
   Path8 camera_paths(std::size_t pixel, U8 seed) const;
   Path8 meter_paths(std::size_t pixel, U8 seed) const;
@@ -163,6 +164,7 @@ class Wavefront {
     F8 length;
     U8 medium;
     std::uint32_t bounce, passed;
+    bool samples_lights;
   };
   /// A point of each path where next-event estimation finds the light that a medium scatters.
   struct Inscattered8 {

@@ -27,6 +27,7 @@ class LightPaths {
   using Path = LightPath8;
   using Vertex = photons::PhotonVertex8<Path>;
   static constexpr bool kStoresAtCasters = true;
+  static constexpr bool kScattersInMedia = false;
 
   LightPaths(const CompiledScene& scene, const PhotonEmission& emission, LightPathPass& pass)
       : scene_(scene), emission_(emission), pass_(pass) {}

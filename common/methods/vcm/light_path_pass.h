@@ -10,7 +10,7 @@ namespace lightmill::vcm {
 /// A connected light path helps more pixels than a gathered photon. The radius is small, because merging helps few
 /// paths and blurs all. So point meters have more of these radii.
 inline constexpr photons::PhotonKind kLightPaths{
-    .caustic = false, .pixels_per_photon = 4, .radius = 0.5, .meter_radius = 12, .splats = true};
+    .caustic = false, .pixels_per_photon = 4, .radius = 0.5, .meter_radius = 12, .splats = true, .gathers_near = false};
 
 /// Light vertices are photons, also at casters.
 struct LightPathPass : photons::PhotonPass {

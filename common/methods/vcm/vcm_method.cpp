@@ -220,7 +220,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   /// Counts light of these photons for the error of a meter.
   void count_on_meter(const tracer::Wavefront& wavefront, M8 lanes, U8 photons, const V8& value) {
     if (wavefront.meter() != nullptr) {
-      ws_.meter_columns.add(*pass_, lanes, photons, value);
+      ws_.meter_columns.add(*pass_, pass_->photons, lanes, photons, value);
     }
   }
 

@@ -170,17 +170,33 @@ TEST(Subsurface, MixturesWithPrincipledSheetsHaveAnInside) {
   EXPECT_NEAR(seen.value, 1, 5 * seen.standard_error + 0.01);
 }
 
-TEST(Subsurface, PhotonMethodsRefuseIt) {
+TEST(Subsurface, VcmRefusesIt) {
   const std::string scattering = R"("scattering": {"rgb": [4, 4, 4]})";
   for (const std::string& material : {skin(scattering), glossy_skin(scattering, "")}) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16, material, sphere("skin", "[0, 0, 0]", 1)));
     const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
     ASSERT_TRUE(compiled.ok()) << message_of(compiled.status());
-    for (const char* method : {"caustic", "vcm", "ppm"}) {
-      const auto made = make_method(*compiled, {method, 1, 0});
-      ASSERT_FALSE(made.ok()) << method;
-      EXPECT_NE(message_of(made.status()).find("does not support scattering media, but path does"), std::string::npos);
+    const auto made = make_method(*compiled, {"vcm", 1, 0});
+    ASSERT_FALSE(made.ok());
+    EXPECT_NE(message_of(made.status()).find("does not support scattering media, but path and caustic do"),
+              std::string::npos);
+  }
+}
+
+// Photons go through the sheet, walk in the medium, and are gathered where the camera sees the sheet.
+TEST(Subsurface, PpmMatchesPath) {
+  const std::string scattering = R"("scattering": {"rgb": [6, 3, 9]}, "absorption": {"rgb": [0.5, 2, 0]})";
+  for (const std::string& material : {skin(scattering), glossy_skin(scattering, "")}) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16, material, sphere("skin", "[0, 0, 0]", 1),
+                 R"({"point": {"position": [2, 3, 2], "intensity": {"rgb": [9, 9, 9]}}})"));
+    const HalfImages path = scene.render({"path", 71, 0}, 10), ppm = scene.render({"ppm:photons=20000", 72, 0}, 8);
+    for (int channel = 0; channel < 3; ++channel) {
+      const Estimate a = mean_of(path, channel), b = mean_of(ppm, channel);
+      const double error = std::hypot(a.standard_error, b.standard_error);
+      EXPECT_LT(error, 1e-2 * a.value);
+      EXPECT_NEAR(a.value, b.value, 5 * error + 1e-2 * a.value) << channel;
     }
   }
 }

@@ -37,9 +37,9 @@ TestScene scene_of(const AtlasCase& what, const CompiledScene::ImageDecoder& ima
 
 std::span<const AtlasGroup> atlas_groups() {
   static constexpr AtlasGroup kGroups[] = {
-      {"Caustics", caustic_cases}, {"Shrinking", shrinking_cases}, {"Faces", face_cases},
-      {"Places", place_cases},     {"Glass", glass_cases},         {"Materials", material_cases},
-      {"Lights", light_cases},     {"Pictures", picture_cases},    {"SceneFiles", scene_file_cases}};
+      {"Caustics", caustic_cases}, {"Shrinking", shrinking_cases},  {"Faces", face_cases},   {"Places", place_cases},
+      {"Glass", glass_cases},      {"Materials", material_cases},   {"Lights", light_cases}, {"Media", media_cases},
+      {"Pictures", picture_cases}, {"SceneFiles", scene_file_cases}};
   return kGroups;
 }
 

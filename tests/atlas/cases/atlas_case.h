@@ -54,6 +54,7 @@ std::vector<AtlasCase> place_cases();
 std::vector<AtlasCase> glass_cases();
 std::vector<AtlasCase> material_cases();
 std::vector<AtlasCase> light_cases();
+std::vector<AtlasCase> media_cases();
 std::vector<AtlasCase> picture_cases();
 /// The documents in the folder scenes, without those that name missing files (scenes/get-models).
 std::vector<AtlasCase> scene_file_cases();
