@@ -1,6 +1,7 @@
 // Light in media that scatter: fog, and milky glass.
 #include "tests/analytic/scene_text.h"
 #include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/atlas_case.h"
 
 namespace lightmill::test {
 namespace {
