@@ -15,6 +15,8 @@ constexpr float kReaches = 8;
 constexpr float kMostReaches = 20;
 /// Least probability of the rest. It bounds the weights of samples where lights are occluded.
 constexpr float kLeastRest = 0.2f;
+/// Largest share of directions that are aimed at clusters. Weights of the others are at most 1 / (1 − this).
+constexpr float kAimed = 0.25f;
 
 struct Interval8 {
   F8 first, last;
@@ -123,6 +125,57 @@ EquiangularLights::Mixture8 EquiangularLights::mixture(const V8& origin, const V
     out.rest = out.rest - out.spans[i].probability;
   }
   return out;
+}
+
+/// A cluster's probability follows the light that segments past it get, where it is near.
+EquiangularLights::Aim8 EquiangularLights::aim(const V8& point, F8 reach) const {
+  const F8 per_reach = F8(1.0f) / reach;
+  Aim8 out;
+  out.size = clusters_.size();
+  F8 sum(0.0f);
+  for (std::size_t i = 0; i < out.size; ++i) {
+    const Cluster& cluster = clusters_[i];
+    const V8 to_center = broadcast(cluster.center) - point;
+    const F8 distance2 = length_squared(to_center), distance = sqrt(distance2);
+    const M8 outside = distance2 > F8(cluster.radius2);
+    const F8 light = masked(outside, F8(cluster.intensity) / distance);
+    out.parts[i] = {select(outside, to_center * (F8(1.0f) / distance), broadcast(Vec3(0, 0, 1))),
+                    light * exp(-min(distance * per_reach, F8(kMostReaches)))};
+    sum += light;
+  }
+  const F8 scale = masked(sum > F8(1e-30f), F8(kAimed) / sum);
+  out.rest = F8(1.0f);
+  for (std::size_t i = 0; i < out.size; ++i) {
+    out.parts[i].probability = out.parts[i].probability * scale;
+    out.rest = out.rest - out.parts[i].probability;
+  }
+  return out;
+}
+
+F8 EquiangularLights::Aim8::pdf_solid_angle(const V8& wi) const {
+  constexpr float kLeastSine = 1e-6f;  // single precision knows no smaller angle
+  F8 pdf(0.0f);
+  for (std::size_t i = 0; i < size; ++i) {
+    const F8 sine = sqrt(length_squared(cross(parts[i].axis, wi)));
+    pdf += parts[i].probability * F8(0.5f * kInvPi * kInvPi) / max(sine, F8(kLeastSine));
+  }
+  return pdf;
+}
+
+V8 EquiangularLights::Aim8::sample(Pair8 u) const {
+  F8 below = rest;
+  Part8 drawn{broadcast(Vec3(0, 0, 1)), F8(1.0f)};
+  F8 from(0.0f);
+  for (std::size_t i = 0; i < size; ++i) {
+    const M8 reached = (parts[i].probability > F8(0.0f)) & (u.u >= below);
+    drawn.axis = select(reached, parts[i].axis, drawn.axis);
+    drawn.probability = select(reached, parts[i].probability, drawn.probability);
+    from = select(reached, below, from);
+    below += parts[i].probability;
+  }
+  const F8 share = min((u.u - from) / drawn.probability, F8(1.0f));
+  const SinCos8 theta = sin_cos_turns(share * F8(0.5f)), phi = sin_cos_turns(u.v);
+  return Frame8(drawn.axis).to_world({theta.sin * phi.cos, theta.sin * phi.sin, theta.cos});
 }
 
 F8 EquiangularLights::Span8::sample(F8 u) const {

@@ -46,6 +46,27 @@ class EquiangularLights {
     /// Samples it for u.u in [rest, 1).
     F8 sample(Pair8 u) const;
   };
+  /// Directions that pass clusters: a mixture of densities whose angle θ to the direction of a cluster is uniform in
+  /// [0, π], which leaves a rest of the probability to the caller. A segment in that direction gets light as 1/sin θ, and
+  /// the density 1/(2π² sin θ) per solid angle cancels this (Georgiev, Křivánek, Hachisuka, Nowrouzezahrai and Jarosz
+  /// 2013, "Joint Importance Sampling of Low-Order Volumetric Scattering").
+  struct Aim8 {
+    struct Part8 {
+      V8 axis;
+      F8 probability;
+    };
+    std::array<Part8, kMaxClusters> parts;
+    std::size_t size = 0;
+    F8 rest;
+
+    /// The clusters' part of the density.
+    F8 pdf_solid_angle(const V8& wi) const;
+    /// Samples it for u.u in [rest, 1).
+    V8 sample(Pair8 u) const;
+  };
+  /// From these points. `reach`: mean length of segments that transmittance leaves, positive.
+  Aim8 aim(const V8& point, F8 reach) const;
+
   /// Squared distance to the nearest cluster; 0 in a cluster, infinite without clusters.
   F8 nearest2(const V8& point) const;
   /// For rays with unit directions. `reach`: mean length of the segment that transmittance leaves, positive.

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "common/sampling/sobol.h"
@@ -173,6 +174,53 @@ TEST(Inscattering, FarLightsInDenseFogLeaveAProbabilityForTransmittance) {
     const Lanes rest(lights.mixture(broadcast(Vec3(0, 0, 4)), broadcast(Vec3(0, 1, 0)), F8(5), F8(reach)).rest);
     ASSERT_GE(rest[0], 0.2 - 1e-6) << reach;
     ASSERT_LE(rest[0], 1) << reach;
+  }
+}
+
+// The mean of f/p over samples is the integral of f over all directions, here of 1 + a·w + (b·w)².
+TEST(Inscattering, DirectionsPastLightsHaveTheirDensity) {
+  for (const auto& [name, lights] :
+       {std::pair{"one", std::vector{ball({1, 2, 3}, 0)}},
+        std::pair{"three", std::vector{ball({1, 2, 3}, 0.1), ball({-4, 0, 1}, 0), ball({0, 0, -0.1}, 0)}},
+        std::pair{"many", row_of_balls(40)},
+        std::pair{"within one", std::vector{ball({0, 0, 0}, 1), ball({3, 0, 0}, 0)}}}) {
+    const EquiangularLights::Aim8 aim = EquiangularLights(lights, {}).aim(V8(), F8(2));
+    const double rest = Lanes(aim.rest)[0];
+    EXPECT_GE(rest, 0.7499) << name;
+    EXPECT_LT(rest, 1) << name;
+    const V8 a = broadcast(Vec3(0.3f, -0.2f, 0.5f)), b = broadcast(Vec3(1, 2, -0.5f));
+    constexpr int kDraws = 65'536;
+    double sum = 0;
+    for (int i = 0; i < kDraws; i += 8) {
+      const Pair8 u = sobol_pair(U8(static_cast<std::uint32_t>(i)) + U8::lane_index(), U8(9u));
+      const V8 w = aim.sample({aim.rest + u.u * (F8(1) - aim.rest), u.v});
+      const F8 along = dot(b, w), pdf = aim.pdf_solid_angle(w) / (F8(1) - aim.rest);
+      const Lanes ratio((F8(1) + dot(a, w) + along * along) / pdf), length(length_squared(w));
+      for (int lane = 0; lane < 8; ++lane) {
+        ASSERT_NEAR(length[lane], 1, 1e-5) << name;
+        sum += ratio[lane] / kDraws;
+      }
+    }
+    const double exact = 4 * M_PI * (1 + (1 + 4 + 0.25) / 3);
+    EXPECT_NEAR(sum, exact, 5e-3 * exact) << name;
+  }
+  EXPECT_EQ(Lanes(EquiangularLights().aim(V8(), F8(1)).rest)[0], 1) << "no lights";
+}
+
+// So the next segment, which gets light as 1 / sin θ, never gets much more than others.
+TEST(Inscattering, TheAngleToALightIsUniform) {
+  const EquiangularLights::Aim8 aim = EquiangularLights(std::vector{ball({0, 0, 3}, 0)}, {}).aim(V8(), F8(100));
+  constexpr int kDraws = 4096, kCells = 16;
+  std::array<int, kCells> counts{};
+  for (int i = 0; i < kDraws; i += 8) {
+    const Pair8 u = sobol_pair(U8(static_cast<std::uint32_t>(i)) + U8::lane_index(), U8(3u));
+    const Lanes z(aim.sample({aim.rest + u.u * (F8(1) - aim.rest), u.v}).z);
+    for (int lane = 0; lane < 8; ++lane) {
+      ++counts.at(std::min(static_cast<int>(std::acos(std::clamp(z[lane], -1.0, 1.0)) / M_PI * kCells), kCells - 1));
+    }
+  }
+  for (const int count : counts) {
+    EXPECT_NEAR(count, kDraws / kCells, 3);
   }
 }
 

@@ -25,9 +25,9 @@
 //   lightmill render scenes/cornell-bench-blocks.json --method path --spp 256 -o blocks.exr
 #pragma once
 
-#include "common/materials/henyey_greenstein.h"
 #include "common/methods/tracer/estimator.h"
 #include "common/methods/tracer/power_heuristic.h"
+#include "common/methods/tracer/scattered_directions.h"
 
 namespace lightmill::path {
 
@@ -90,11 +90,14 @@ class PathEstimator : public tracer::EstimatorBase {
   void scatter_in_medium(Tracer& tracer, const typename Tracer::Path& in, const tracer::Passage8& passage, M8 lanes,
                          std::uint32_t bounce) const {
     typename Tracer::Path out = Tracer::unsplit(in, bounce);
-    const HenyeyGreenstein8 phase{scene_.media().anisotropy(passage.medium)};
-    const V8 wo = -in.direction;
+    const tracer::ScatteredDirections8 directions(scene_.lights().equiangular(), scene_.media(), passage.medium,
+                                                  passage.point, -in.direction);
     out.origin = passage.point;
-    out.direction = phase.sample(wo, tracer.decide(out, bounce, tracer::bsdf_decision(bounce)));
-    out.pdf_solid_angle = phase.pdf_solid_angle(wo, out.direction) / passage.density_ratio;
+    out.direction = directions.sample(tracer.decide(out, bounce, tracer::bsdf_decision(bounce)));
+    const F8 pdf = directions.pdf_solid_angle(out.direction), weight = directions.phase(out.direction) / pdf;
+    out.throughput = out.throughput * weight;
+    out.roulette_scale = out.roulette_scale / weight;  // the path may pass a light, and become bright again
+    out.pdf_solid_angle = pdf / passage.density_ratio;
     tracer.continue_path(out, lanes, bounce);
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/methods/tracer/drawn_channel.h"
+#include "common/sampling/sobol.h"
 #include "common/scene/compiled/medium_table.h"
 
 namespace lightmill::tracer {

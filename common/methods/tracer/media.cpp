@@ -1,8 +1,8 @@
 // Segments of paths and shadow rays in media: absorption, sampled distances, and boundaries that do not stop light.
-#include "common/materials/henyey_greenstein.h"
 #include "common/methods/tracer/free_flight.h"
 #include "common/methods/tracer/inscattering.h"
 #include "common/methods/tracer/power_heuristic.h"
+#include "common/methods/tracer/scattered_directions.h"
 #include "common/methods/tracer/wavefront.h"
 
 namespace lightmill::tracer {
@@ -112,19 +112,21 @@ void Wavefront::keep(const Path8& paths, M8 lanes, const Segment8& segment, cons
 }
 
 /// Next-event estimation at the chosen points. `density_ratio` scales densities of lights as scatter_in_medium scales
-/// those of the phase function.
+/// those of directions.
 void Wavefront::add_inscattered(const Path8& paths, const Inscattered8& inscattered, std::uint32_t bounce) {
-  const HenyeyGreenstein8 phase{scene_.media().anisotropy(inscattered.medium)};
+  const ScatteredDirections8 directions(scene_.lights().equiangular(), scene_.media(), inscattered.medium,
+                                        inscattered.point, -paths.direction);
   Path8 decided = paths;
   decided.pixel_seed = decision_seed(paths.pixel_seed, inscattering_decision(bounce, 0));
   const V8 throughput = inscattered.throughput * inscattered.total;
   for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
     const LightSample8 light = draw_light(inscattered.point, V8(), decided, bounce, draw);
-    const F8 value = phase.pdf_solid_angle(-paths.direction, light.wi);
-    const F8 weight = select(light.pdf_solid_angle > F8(0.0f),
-                             power_heuristic(light.pdf_solid_angle * inscattered.density_ratio, value), F8(1.0f));
+    const F8 weight =
+        select(light.pdf_solid_angle > F8(0.0f),
+               power_heuristic(light.pdf_solid_angle * inscattered.density_ratio, directions.pdf_solid_angle(light.wi)),
+               F8(1.0f));
     push_shadows(inscattered.lanes & light.valid, inscattered.point, light,
-                 throughput * light.weight * (value * weight), paths.slot, inscattered.media);
+                 throughput * light.weight * (directions.phase(light.wi) * weight), paths.slot, inscattered.media);
   }
 }
 
