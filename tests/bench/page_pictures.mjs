@@ -132,7 +132,7 @@ const kPictures = {
 
   async farm() {
     session.farm.startWorker('box-2');
-    const job = submit(kScene, 'blocks', '--spp', '100000', '--method', 'path');
+    submit(kScene, 'blocks', '--spp', '100000', '--method', 'path');
     await pause(100_000);
     await session.farm.stop('box-2', 'SIGKILL');
     await pause(15_000);
@@ -142,7 +142,6 @@ const kPictures = {
     await page.getByRole('button', {name: 'box-1'}).click();
     await page.getByRole('region', {name: 'History'}).getByRole('button', {name: '10 minutes'}).click();
     await pause(3_000);
-    session.farm.lightmill('cancel', job);
     return page;
   },
 };

@@ -42,7 +42,7 @@ AtlasCase in_fog(const std::string& name, const std::string& materials, const st
                                objects + also(sphere("fog", "[0, 0, 0]", 9)), light),
           .files = files,
           .gathered = 0.03,
-          .level = 6,
+          .level = 5,
           .seconds_to_percent = 100};
 }
 
