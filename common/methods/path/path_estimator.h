@@ -96,7 +96,9 @@ class PathEstimator : public tracer::EstimatorBase {
     out.direction = directions.sample(tracer.decide(out, bounce, tracer::bsdf_decision(bounce)));
     const F8 pdf = directions.pdf_solid_angle(out.direction), weight = directions.phase(out.direction) / pdf;
     out.throughput = out.throughput * weight;
-    out.roulette_scale = out.roulette_scale / weight;  // the path may pass a light, and become bright again
+    // The path may pass a light, and become bright again. The limit lets roulette end paths that became dim many times.
+    constexpr float kMostScale = 1e6f;
+    out.roulette_scale = min(out.roulette_scale / weight, F8(kMostScale));
     out.pdf_solid_angle = pdf / passage.density_ratio;
     tracer.continue_path(out, lanes, bounce);
   }
